@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mscomp/base/feature_set.h"
+
+namespace mscomp {
+
+enum class FeatureCenter { reference, minmax };
+
+/// Where an extreme value of the training features was found.
+struct FeatureExtreme {
+    float value = 0;
+    int shape = -1, vertex = -1, channel = -1;
+};
+
+/// The affine map between ACAP features and what the network sees, one map for the three r channels
+/// and one for the six S channels, fitted on training shapes to [-0.95, 0.95] (method §1, scaling).
+/// `reference`: (r, S) -> (factor_r r, factor_S (S - I)); `minmax`: the two global ranges mapped
+/// linearly. A zero range gives zeros. Values outside the training range are not clamped.
+struct FeatureScaler {
+    FeatureCenter center = FeatureCenter::reference;
+    std::array<double, kFeatureDim> offset{};  // scaled = (feature - offset) * factor
+    std::array<double, kFeatureDim> factor{};
+    std::vector<FeatureExtreme> extremes;  // smallest and largest r, smallest and largest S entry
+
+    /// Fits the ranges over `shapes` (indices into `set`). Throws UsageError if there is none.
+    static FeatureScaler fit(const FeatureSet& set, std::span<const int> shapes,
+                             FeatureCenter center);
+
+    /// In place over any number of rows of nine.
+    void scale(std::span<float> features) const;
+    void unscale(std::span<float> features) const;
+};
+
+}  // namespace mscomp

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mscomp/base/mesh_data.h"
+
+namespace mscomp {
+
+/// Reads an OBJ or PLY file, chosen by its extension. Vertices keep their number and order: nothing
+/// is merged, dropped or duplicated. Polygons are split into fans from their first corner. Accepts
+/// what is harmless (BOM, CRLF, continuation lines, v/vt/vn, negative indices, extra numbers).
+/// Throws IoError (cannot be read) or InputError with file, line, column, got and wanted (NaN or
+/// infinite coordinates, decimal commas, indices out of range, truncated lines, ...).
+TriangleMesh read_mesh(const std::string& path);
+
+/// The same from text in memory; `path` is only used in messages.
+TriangleMesh parse_obj(std::string_view text, const std::string& path);
+TriangleMesh parse_ply(std::string_view bytes, const std::string& path);
+
+/// Writes an OBJ (9 significant digits, so float32 positions survive) as one atomic step.
+void write_obj(const std::string& path, const TriangleMesh& mesh);
+
+struct VertexColor {
+    std::uint8_t red = 255, green = 255, blue = 255;
+};
+
+/// Writes a binary little-endian PLY as one atomic step: float x y z, and where given uchar red
+/// green blue (V) and float quality (V).
+void write_ply(const std::string& path, const TriangleMesh& mesh,
+               std::span<const VertexColor> colors = {}, std::span<const float> quality = {});
+
+}  // namespace mscomp

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mscomp/base/mesh_data.h"
+
+namespace mscomp {
+
+/// "frame_2" before "frame_10": runs of digits compare as numbers, the rest byte by byte.
+bool natural_less(std::string_view a, std::string_view b);
+
+/// Files named by `inputs` — files, folders (all their .obj and .ply) or globs (*, ?, [...]) — in
+/// natural order. Throws UsageError when an input matches nothing or two inputs name the same file.
+std::vector<std::string> expand_inputs(const std::vector<std::string>& inputs);
+
+/// Meshes of one connectivity in the order given; N shapes, V vertices, F faces.
+struct MeshSequence {
+    std::vector<std::string> names;          // (N) file stems
+    std::vector<std::vector<Point>> shapes;  // (N) of (V) positions
+    std::vector<Face> faces;                 // (F) of the first file
+
+    int shape_count() const { return static_cast<int>(shapes.size()); }
+    int vertex_count() const {
+        return shapes.empty() ? 0 : static_cast<int>(shapes.front().size());
+    }
+};
+
+/// Reads `paths` in parallel and makes sure that all have the connectivity of the first: the same
+/// V, and the same faces (the order of faces and the starting corner may differ). Throws InputError
+/// naming the file, got and wanted.
+MeshSequence read_sequence(const std::vector<std::string>& paths);
+
+/// What is odd about a connectivity but can be worked with.
+struct ConnectivityReport {
+    int vertex_count = 0, face_count = 0;
+    int components = 0;
+    int boundary_edges = 0;
+    int boundary_loops = 0;
+    int non_manifold_edges = 0;  // more than two faces, or two faces of opposite orientation
+    int non_manifold_vertices = 0;
+    int duplicate_faces = 0;
+    int degenerate_faces = 0;           // a vertex twice in one face
+    int isolated_vertices = 0;          // in no face
+    std::vector<std::string> warnings;  // one sentence each, with count and first place
+};
+
+/// The connectivity of a validated mesh, held by OpenMesh: the manifold part as half-edges, faces
+/// that would make it non-manifold beside it. One-rings of all edges, those of the faces beside it
+/// included, ascending: equal to one_rings_of_faces.
+struct SurfaceConnectivity {
+    OneRings rings;
+    ConnectivityReport report;
+};
+SurfaceConnectivity analyze_connectivity(int vertex_count, const std::vector<Face>& faces);
+
+}  // namespace mscomp

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace mscomp {
+
+/// A file that appears whole or not at all: written beside its target under a temporary name, then
+/// flushed, fsynced, renamed, and its folder fsynced. Without commit() nothing is left behind.
+class AtomicFile {
+  public:
+    /// Throws IoError if the folder cannot be written; creates missing parent folders.
+    explicit AtomicFile(std::string path);
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+    ~AtomicFile();
+
+    /// Throws IoError with the system's reason (disk full, ...).
+    void write(std::span<const std::byte> bytes);
+    void write(std::string_view text);
+    /// Called on the finished temporary file before it is renamed; throw there to refuse it.
+    using Check = std::function<void(const std::string& temporary_path)>;
+    /// Makes the file appear under its name. Throws IoError; the earlier file then still stands.
+    void commit(const Check& check = {});
+
+  private:
+    std::string path_;
+    std::string temporary_;
+    std::FILE* file_ = nullptr;
+};
+
+/// Writes `text` to `path` as one atomic step. Throws IoError.
+void write_file(const std::string& path, std::string_view text);
+/// The whole content of `path`. Throws IoError.
+std::string read_file(const std::string& path);
+
+}  // namespace mscomp

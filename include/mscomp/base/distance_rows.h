@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+
+namespace mscomp {
+
+/// Normalised distances over a mesh, a row at a time: what `nn` knows of geodesics.
+class DistanceRows {
+  public:
+    DistanceRows() = default;
+    DistanceRows(const DistanceRows&) = delete;
+    DistanceRows& operator=(const DistanceRows&) = delete;
+    virtual ~DistanceRows() = default;
+
+    /// (V) distances from `vertex`, in [0, 1] where 1 is the largest pairwise distance; another
+    /// connected component is at distance 1. The span stays valid as long as this object lives.
+    virtual std::span<const double> row(int vertex) = 0;
+};
+
+}  // namespace mscomp

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace mscomp::nn {
+
+/// Weights of the group sparsity by normalised geodesic distance: a clipped ramp from 0 at `from` to
+/// 1 at `to` (the AAAI-18 predecessor), instead of the step at the sparsity range.
+struct SparsityRamp {
+    double from = 0.2;
+    double to = 0.4;
+};
+
+struct LevelConfig {
+    int components = 10;          // K of each autoencoder of the level, >= 1
+    double sparsity_range = 0.4;  // d, normalised geodesic distance, [0, 1]
+    std::optional<SparsityRamp> sparsity_ramp;
+};
+
+enum class Tied { transpose, same, none };
+enum class Activation { none, tanh };
+
+/// The model: [A] with the readings of method §3; defaults are the recommended ones.
+struct ModelConfig {
+    std::string kind = "stacked-attention";
+    bool attention = true;  // false: one child per parent, which sees the whole residual
+    bool joint = true;      // false: gradients stop at masks and residual
+    Tied tied = Tied::transpose;
+    Activation latent_activation = Activation::none;
+    Activation decoder_fc_activation = Activation::none;
+    double mask_power = 1.0;  // attention masks ~ a^p, > 0; 1 = the paper
+    double mask_epsilon = 1e-12;
+    std::vector<LevelConfig> levels{{10, 0.4, {}}, {5, 0.2, {}}};
+};
+
+/// Weights of the loss of every autoencoder, all >= 0.
+struct LossConfig {
+    double reconstruction = 1.0;
+    double sparsity = 1000.0;
+    double range = 1.0;
+    double range_limit = 5.0;
+};
+
+enum class SplitKind { all, every, random, file };
+
+struct SplitConfig {
+    SplitKind train = SplitKind::all;
+    int step = 10;           // every: shapes 0, step, 2 step, ... train
+    int count = 0;           // random: how many train
+    std::uint64_t seed = 0;  // random
+    std::string path;        // file: 0-based indices, one per line
+};
+
+enum class Scaling { reference, minmax };
+
+struct DataConfig {
+    std::string features;  // feature file; relative paths are relative to the config file
+    SplitConfig split;
+    Scaling center = Scaling::reference;
+};
+
+enum class Start { deflation, random };
+enum class SparsityStep { proximal, subgradient };
+
+struct TrainConfig {
+    int epochs = 2000;
+    int batch = 256;
+    double learning_rate = 1e-3;
+    double learning_rate_decay = 0.9;  // factor per decay_steps, staircase
+    int decay_steps = 4000;
+    double learning_rate_floor = 1e-5;
+    std::uint64_t seed = 0;
+    Start start = Start::deflation;
+    SparsityStep sparsity_step = SparsityStep::proximal;
+    int checkpoint_every = 100;  // epochs; the last one is always saved
+};
+
+/// The redundancy filter ([A] §4.3), in unscaled features.
+struct FilterConfig {
+    double minimum_strength = 0.01;    // epsilon_2
+    double relative_threshold = 0.01;  // epsilon_1 as a fraction of the component's peak
+    double absolute_threshold = 0.0;   // epsilon_1 itself; > 0 replaces the relative one (paper: 1e-6)
+};
+
+struct Config {
+    ModelConfig model;
+    LossConfig loss;
+    DataConfig data;
+    TrainConfig train;
+    FilterConfig filter;
+};
+
+}  // namespace mscomp::nn
