@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,10 +12,12 @@
 namespace mscomp {
 
 /// A file that appears whole or not at all: written beside its target under a temporary name, then
-/// flushed, fsynced, renamed, and its folder fsynced. Without commit() nothing is left behind.
+/// flushed, fsynced, read back and compared (XXH3), renamed, and its folder fsynced. Without
+/// commit() nothing is left behind.
 class AtomicFile {
   public:
-    /// Throws IoError if the folder cannot be written; creates missing parent folders.
+    /// Throws IoError if the folder cannot be written or `path` is something else than a file;
+    /// creates missing parent folders.
     explicit AtomicFile(std::string path);
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
@@ -29,9 +32,15 @@ class AtomicFile {
     void commit(const Check& check = {});
 
   private:
+    struct Digest;
+    [[noreturn]] void fail(std::string_view doing) const;
+    void close_checked();
+    void compare_with_written() const;
+
     std::string path_;
     std::string temporary_;
     std::FILE* file_ = nullptr;
+    std::unique_ptr<Digest> digest_;
 };
 
 /// Writes `text` to `path` as one atomic step. Throws IoError.

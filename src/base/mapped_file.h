@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+namespace mscomp {
+
+/// A regular file mapped read-only for as long as the object lives; page-aligned.
+class MappedFile {
+  public:
+    /// Throws IoError with the system's reason.
+    explicit MappedFile(std::string path);
+    MappedFile(const MappedFile&) = delete;
+    MappedFile& operator=(const MappedFile&) = delete;
+    ~MappedFile();
+
+    const std::string& path() const { return path_; }
+    std::span<const std::byte> bytes() const { return bytes_; }
+
+  private:
+    std::string path_;
+    std::span<const std::byte> bytes_;
+};
+
+}  // namespace mscomp

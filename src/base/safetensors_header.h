@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "mscomp/base/safetensors.h"
+
+namespace mscomp {
+
+inline constexpr const char* kHashKey = "xxh3";
+
+/// What stands before the data of a safetensors file.
+struct SafetensorsHeader {
+    struct Tensor {
+        DataType type;
+        Shape shape;
+        std::uint64_t begin, end;  // bytes from data_begin
+    };
+    Metadata metadata;
+    std::map<std::string, Tensor> tensors;
+    std::size_t data_begin = 0;
+};
+
+/// "F32", "F64", "I32", "I64", "U8", "U64".
+std::string_view name_of(DataType type);
+/// "N, 3" with -1 shown as "any".
+std::string shape_text(const Shape& shape);
+/// Product of the shape times the item size; none if a length is negative or the product too large.
+std::optional<std::uint64_t> byte_count(DataType type, const Shape& shape);
+
+/// Length, JSON and padding, a multiple of 8 bytes.
+std::string header_text(const SafetensorsHeader& header);
+/// Reads and checks the header of the whole file `bytes`: the tensors lie within the data, fill it
+/// without hole or overlap, and their sizes are those of their shapes. Throws InputError.
+SafetensorsHeader parse_header(std::span<const std::byte> bytes, const std::string& path);
+
+}  // namespace mscomp
