@@ -11,19 +11,36 @@
 namespace mscomp {
 
 /// Geodesic distances by the heat method (Crane, Weischedel, Wardetzky 2013), both factorisations
-/// kept, in the unit of the mesh. t = time_factor * (mean edge length)^2. Distances are >= 0, 0 at
-/// the source, infinity in another connected component. Works on any connectivity, non-manifold
-/// included.
+/// kept, in the unit of the mesh:
+///   (M + t L) u = delta_source,   X = -grad u / |grad u| per face,   L phi = div X,
+/// with the cotangent Laplacian L and the lumped mass M of IntrinsicTriangles and
+/// t = time_factor * (mean edge length)^2. Distances are phi - phi(source), clamped to >= 0; they
+/// are infinite in another connected component. Works on any connectivity, non-manifold included,
+/// and on zero-area faces and isolated vertices. Scaling the mesh scales the distances.
+///
+/// Limit: heat fades by a factor e per edge length, so that beyond about 1,100 edges from the
+/// source (time_factor 1) it underflows and distances stop growing.
 class HeatGeodesics {
   public:
+    /// Throws MeshError (coordinate not finite, face index out of range), UsageError (time_factor
+    /// not positive) or NumericalError (factorisation failed).
     explicit HeatGeodesics(const TriangleMesh& mesh, double time_factor = 1.0);
     HeatGeodesics(HeatGeodesics&&) noexcept;
     HeatGeodesics& operator=(HeatGeodesics&&) noexcept;
     ~HeatGeodesics();
 
     int vertex_count() const;
+    /// (V) connected component of every vertex, numbered in the order of their lowest vertex.
+    std::span<const int> components() const;
+
     /// (V) distances from `source`. Deterministic; safe to call from several threads.
     std::vector<double> distances(int source) const;
+    /// One row (V) for each of `sources`, computed in parallel; equal to distances() bit for bit.
+    std::vector<std::vector<double>> distance_rows(std::span<const int> sources) const;
+    /// For each of `source_sets` one row (V): every vertex's distance from the source in its own
+    /// component, infinity if there is none. A set has at most one vertex of each component.
+    std::vector<std::vector<double>> distance_rows(
+        std::span<const std::vector<int>> source_sets) const;
 
   private:
     struct State;
@@ -31,7 +48,9 @@ class HeatGeodesics {
 };
 
 /// The largest pairwise distance within a component: exact (all rows) up to `exact_limit` vertices,
-/// beyond that a lower bound from repeated farthest-point sweeps.
+/// beyond that a lower bound from repeated farthest-point sweeps (in each component: from the
+/// lowest vertex to the farthest, on from there until nothing grows, then from the vertices
+/// farthest from all sources so far).
 struct GeodesicNormalizer {
     double largest_distance = 0;
     bool exact = false;
@@ -39,11 +58,14 @@ struct GeodesicNormalizer {
 GeodesicNormalizer geodesic_normalizer(const HeatGeodesics& geodesics, int exact_limit = 5000);
 
 /// Rows of distance / normalizer, clamped to [0, 1] (other components: 1), computed on first use
-/// and cached.
+/// and cached. Not for use from several threads at once.
 class NormalizedGeodesics final : public DistanceRows {
   public:
+    /// Throws NumericalError if `largest_distance` is negative or not finite.
     NormalizedGeodesics(HeatGeodesics geodesics, double largest_distance);
     std::span<const double> row(int vertex) override;
+    /// Computes those of `vertices` that are not there yet, in parallel.
+    void prepare(std::span<const int> vertices);
     int cached_rows() const;
 
   private:

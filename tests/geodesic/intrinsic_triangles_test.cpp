@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/geodesic/intrinsic_triangles.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/random.h"
+#include "shapes.h"
+
+namespace mscomp {
+namespace {
+
+/// A flat grid sheared so far that many angles are obtuse and many cotangents negative.
+TriangleMesh sheared_grid(int columns, int rows) {
+    TriangleMesh mesh = shapes::grid(columns, rows);
+    for (Point& p : mesh.vertices) p = {p[0] + 0.8 * p[1] + 0.1 * std::sin(p[0]), p[1], 0};
+    return mesh;
+}
+
+double lowest_cotangent(const IntrinsicTriangles& surface) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const FlatTriangle& triangle : surface.triangles) {
+        for (const double cotangent : triangle.cotangents()) lowest = std::min(lowest, cotangent);
+    }
+    return lowest;
+}
+
+double total(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+// Linear precision: L x = 0 inside a flat mesh for every linear x, negative cotangents included.
+TEST(Laplacian, VanishesOnLinearFunctionsInsideAFlatMesh) {
+    const int columns = 12, rows = 9;
+    const TriangleMesh mesh = sheared_grid(columns, rows);
+    const IntrinsicTriangles surface = intrinsic_triangles(mesh);
+    ASSERT_LT(lowest_cotangent(surface), -0.5);
+    std::vector<double> x;
+    for (const Point& p : mesh.vertices) x.push_back(3 * p[0] - 2 * p[1] + 5);
+    const std::vector<double> result = apply_laplacian(surface, x);
+    for (int row = 1; row + 1 < rows; ++row) {
+        for (int column = 1; column + 1 < columns; ++column) {
+            const auto i = static_cast<std::size_t>(row * columns + column);
+            EXPECT_LE(std::abs(result[i]), 1e-11) << "vertex " << i;
+        }
+    }
+}
+
+// x^T L x of a linear function is |gradient|^2 times the area.
+TEST(Laplacian, EnergyOfALinearFunctionIsAreaTimesSquaredSlope) {
+    const TriangleMesh mesh = sheared_grid(12, 9);
+    const IntrinsicTriangles surface = intrinsic_triangles(mesh);
+    std::vector<double> x;
+    for (const Point& p : mesh.vertices) x.push_back(3 * p[0] - 2 * p[1]);
+    const std::vector<double> Lx = apply_laplacian(surface, x);
+    const double energy = std::inner_product(x.begin(), x.end(), Lx.begin(), 0.0);
+    double area = 0;
+    for (const FlatTriangle& triangle : surface.triangles) area += triangle.area();
+    const double unit = surface.mean_edge_length;
+    EXPECT_NEAR(energy / (13 * area * unit * unit), 1, 1e-12);
+}
+
+// Green: constants are in the kernel and the range is orthogonal to constants.
+TEST(Laplacian, KnowsNoConstants) {
+    const IntrinsicTriangles surface = intrinsic_triangles(shapes::icosphere(2));
+    const CounterRandom random(1, 0);
+    std::vector<double> ones(162, 1.0), x(162);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = random.normal(i);
+    for (const double entry : apply_laplacian(surface, ones)) EXPECT_EQ(entry, 0.0);
+    EXPECT_NEAR(total(apply_laplacian(surface, x)), 0, 1e-12);
+}
+
+// The energy is >= 0 for any x, obtuse and zero-area faces included.
+TEST(Laplacian, IsPositiveSemidefiniteOnBadMeshes) {
+    TriangleMesh mesh = sheared_grid(8, 8);
+    for (std::size_t i = 0; i < 8; ++i) mesh.vertices[8 + i] = mesh.vertices[i];
+    const IntrinsicTriangles surface = intrinsic_triangles(mesh);
+    for (std::uint64_t stream = 0; stream < 20; ++stream) {
+        const CounterRandom random(7, stream);
+        std::vector<double> x(64);
+        for (std::size_t i = 0; i < x.size(); ++i) x[i] = random.normal(i);
+        const std::vector<double> Lx = apply_laplacian(surface, x);
+        EXPECT_GT(std::inner_product(x.begin(), x.end(), Lx.begin(), 0.0), 0);
+    }
+}
+
+// Lumped masses sum to the area; that of the icosphere tends to 4 pi.
+TEST(Mass, SumsToTheArea) {
+    const IntrinsicTriangles surface = intrinsic_triangles(shapes::icosphere(4));
+    const double unit = surface.mean_edge_length;
+    EXPECT_NEAR(total(lumped_mass(surface)) * unit * unit, 4 * std::numbers::pi, 0.02);
+    const IntrinsicTriangles flat = intrinsic_triangles(shapes::grid(7, 5));
+    EXPECT_NEAR(total(lumped_mass(flat)) * flat.mean_edge_length * flat.mean_edge_length, 24,
+                1e-12);
+}
+
+TEST(IntrinsicTriangles, LeaveASoundMeshAsItIs) {
+    const TriangleMesh mesh = shapes::icosphere(2);
+    const IntrinsicTriangles surface = intrinsic_triangles(mesh);
+    EXPECT_EQ(surface.added_length, 0);
+    EXPECT_EQ(surface.triangles.size(), mesh.faces.size());
+}
+
+// Mollification: every triangle has an area and bounded cotangents afterwards, however flat it was.
+TEST(IntrinsicTriangles, OpenZeroAreaFaces) {
+    TriangleMesh mesh;
+    mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, 1, 0}};
+    mesh.faces = {{0, 1, 2}, {1, 2, 3}, {2, 3, 4}, {0, 2, 4}, {4, 5, 5}, {2, 3, 3}};
+    const IntrinsicTriangles surface = intrinsic_triangles(mesh);
+    EXPECT_EQ(surface.triangles.size(), 4u);
+    EXPECT_GT(surface.added_length, 0);
+    EXPECT_LE(surface.added_length, 1.1e-5);
+    for (const FlatTriangle& triangle : surface.triangles) {
+        EXPECT_GT(triangle.area(), 0);
+        for (const double cotangent : triangle.cotangents()) {
+            EXPECT_TRUE(std::abs(cotangent) <= 1e6) << cotangent;
+        }
+    }
+}
+
+TEST(IntrinsicTriangles, RefuseWhatIsNoMesh) {
+    TriangleMesh mesh = shapes::grid(2, 2);
+    mesh.vertices[3][1] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(intrinsic_triangles(mesh), MeshError);
+    mesh = shapes::grid(2, 2);
+    mesh.faces[1][2] = 4;
+    EXPECT_THROW(intrinsic_triangles(mesh), MeshError);
+}
+
+}  // namespace
+}  // namespace mscomp
