@@ -22,7 +22,8 @@ TriangleMesh read_mesh(const std::string& path);
 TriangleMesh parse_obj(std::string_view text, const std::string& path);
 TriangleMesh parse_ply(std::string_view bytes, const std::string& path);
 
-/// Writes an OBJ (9 significant digits, so float32 positions survive) as one atomic step.
+/// Writes an OBJ (9 significant digits, so float32 positions survive) as one atomic step. Throws
+/// NumericalError if a position is not finite, IoError if it cannot be written.
 void write_obj(const std::string& path, const TriangleMesh& mesh);
 
 struct VertexColor {
@@ -30,7 +31,7 @@ struct VertexColor {
 };
 
 /// Writes a binary little-endian PLY as one atomic step: float x y z, and where given uchar red
-/// green blue (V) and float quality (V).
+/// green blue (V) and float quality (V). Throws as write_obj does.
 void write_ply(const std::string& path, const TriangleMesh& mesh,
                std::span<const VertexColor> colors = {}, std::span<const float> quality = {});
 

@@ -18,7 +18,7 @@ std::vector<std::string> expand_inputs(const std::vector<std::string>& inputs);
 
 /// Meshes of one connectivity in the order given; N shapes, V vertices, F faces.
 struct MeshSequence {
-    std::vector<std::string> names;          // (N) file stems
+    std::vector<std::string> names;          // (N) file stems, repeated ones with -2, -3, ...
     std::vector<std::vector<Point>> shapes;  // (N) of (V) positions
     std::vector<Face> faces;                 // (F) of the first file
 
@@ -36,15 +36,17 @@ MeshSequence read_sequence(const std::vector<std::string>& paths);
 /// What is odd about a connectivity but can be worked with.
 struct ConnectivityReport {
     int vertex_count = 0, face_count = 0;
-    int components = 0;
+    int components = 0;  // of the faces; isolated vertices are not counted here
     int boundary_edges = 0;
-    int boundary_loops = 0;
-    int non_manifold_edges = 0;  // more than two faces, or two faces of opposite orientation
-    int non_manifold_vertices = 0;
+    int boundary_loops = 0;         // pieces the boundary edges form; holes that touch count once
+    int non_manifold_edges = 0;     // more than two faces, or two faces of opposite orientation
+    int non_manifold_vertices = 0;  // whose faces, over shared edges, form several fans
     int duplicate_faces = 0;
-    int degenerate_faces = 0;           // a vertex twice in one face
-    int isolated_vertices = 0;          // in no face
-    std::vector<std::string> warnings;  // one sentence each, with count and first place
+    int degenerate_faces = 0;   // a vertex twice in one face
+    int isolated_vertices = 0;  // in no face
+    int faces_beside = 0;       // kept out of the half-edges: degenerate or not manifold
+    std::vector<std::string>
+        warnings;  // one sentence each: count and first place, from 1 as in OBJ
 };
 
 /// The connectivity of a validated mesh, held by OpenMesh: the manifold part as half-edges, faces
@@ -54,6 +56,7 @@ struct SurfaceConnectivity {
     OneRings rings;
     ConnectivityReport report;
 };
+/// Throws MeshError if a face refers to a vertex outside 0 .. V-1.
 SurfaceConnectivity analyze_connectivity(int vertex_count, const std::vector<Face>& faces);
 
 }  // namespace mscomp

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include "connectivity_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <tuple>
+
+namespace mscomp {
+namespace {
+
+class DisjointSets {
+  public:
+    explicit DisjointSets(std::size_t count) : parent_(count) {
+        std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+    }
+    std::size_t find(std::size_t x) {
+        while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
+        return x;
+    }
+    void join(std::size_t x, std::size_t y) { parent_[find(x)] = find(y); }
+
+  private:
+    std::vector<std::size_t> parent_;
+};
+
+/// A side of a face: the edge low - high, passed upwards or downwards.
+struct Side {
+    int low, high;
+    bool upwards;
+    bool operator<(const Side& other) const {
+        return std::tie(low, high, upwards) < std::tie(other.low, other.high, other.upwards);
+    }
+};
+
+bool is_degenerate(const Face& face) {
+    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+}
+
+std::string counted(int count, std::string_view one, std::string_view many) {
+    return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+class ReportBuilder {
+  public:
+    ReportBuilder(const std::vector<Face>& faces, const OneRings& rings)
+        : faces_(faces), rings_(rings) {}
+
+    ConnectivityReport build() {
+        report_.vertex_count = rings_.vertex_count();
+        report_.face_count = static_cast<int>(faces_.size());
+        count_degenerate_faces();
+        count_duplicate_faces();
+        count_edges();
+        count_vertex_fans();
+        count_components();
+        return std::move(report_);
+    }
+
+  private:
+    void count_degenerate_faces() {
+        std::size_t first = 0;
+        for (std::size_t i = faces_.size(); i-- > 0;) {
+            if (!is_degenerate(faces_[i])) continue;
+            ++report_.degenerate_faces;
+            first = i;
+        }
+        if (report_.degenerate_faces == 0) return;
+        warn(counted(report_.degenerate_faces, "face has", "faces have") +
+             fmt::format(" a vertex twice, the first is face {}", first + 1));
+    }
+
+    void count_duplicate_faces() {
+        std::vector<std::pair<Face, std::size_t>> sorted;
+        for (std::size_t i = 0; i < faces_.size(); ++i) {
+            Face face = faces_[i];
+            std::sort(face.begin(), face.end());
+            sorted.emplace_back(face, i);
+        }
+        std::sort(sorted.begin(), sorted.end());
+        std::size_t first = faces_.size(), original = 0, group = 0;
+        for (std::size_t i = 1; i < sorted.size(); ++i) {
+            if (sorted[i].first != sorted[group].first) {
+                group = i;
+                continue;
+            }
+            ++report_.duplicate_faces;
+            if (sorted[i].second < first) {
+                first = sorted[i].second;
+                original = sorted[group].second;
+            }
+        }
+        if (report_.duplicate_faces == 0) return;
+        warn(counted(report_.duplicate_faces, "face has", "faces have") +
+             fmt::format(" the vertices of an earlier one, the first is face {}, as face {}",
+                         first + 1, original + 1));
+    }
+
+    void count_edges() {
+        std::vector<Side> sides;
+        sides.reserve(faces_.size() * 3);
+        for (const Face& face : faces_) {
+            if (is_degenerate(face)) continue;
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                const int a = face[corner], b = face[(corner + 1) % 3];
+                sides.push_back({std::min(a, b), std::max(a, b), a < b});
+            }
+        }
+        std::sort(sides.begin(), sides.end());
+        DisjointSets loops(static_cast<std::size_t>(rings_.vertex_count()));
+        std::vector<int> on_boundary;
+        Side first{};
+        for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+            const Side& side = sides[begin];
+            while (end < sides.size() && sides[end].low == side.low &&
+                   sides[end].high == side.high) {
+                ++end;
+            }
+            if (end - begin == 1) {
+                ++report_.boundary_edges;
+                loops.join(static_cast<std::size_t>(side.low), static_cast<std::size_t>(side.high));
+                on_boundary.push_back(side.low);
+            } else if (end - begin > 2 || side.upwards == sides[begin + 1].upwards) {
+                if (report_.non_manifold_edges++ == 0) first = side;
+            }
+        }
+        count_loops(loops, on_boundary);
+        if (report_.non_manifold_edges == 0) return;
+        warn(counted(report_.non_manifold_edges, "edge is", "edges are") +
+             fmt::format(" not manifold (more than two faces, or two of opposite orientation), the "
+                         "first between the vertices {} and {}",
+                         first.low + 1, first.high + 1));
+    }
+
+    void count_loops(DisjointSets& loops, const std::vector<int>& on_boundary) {
+        std::vector<std::size_t> roots;
+        for (const int vertex : on_boundary)
+            roots.push_back(loops.find(static_cast<std::size_t>(vertex)));
+        std::sort(roots.begin(), roots.end());
+        report_.boundary_loops =
+            static_cast<int>(std::unique(roots.begin(), roots.end()) - roots.begin());
+        if (report_.boundary_edges == 0) return;
+        warn(counted(report_.boundary_loops, "boundary", "boundaries") +
+             fmt::format(" of together {} edges, the first at vertex {}", report_.boundary_edges,
+                         *std::min_element(on_boundary.begin(), on_boundary.end()) + 1));
+    }
+
+    /// Place of `neighbor` in the ring of `vertex`, counted over all rings.
+    std::size_t place(int vertex, int neighbor) const {
+        const auto at = static_cast<std::size_t>(vertex);
+        const auto begin = rings_.neighbors.begin() + rings_.offsets[at];
+        const auto end = rings_.neighbors.begin() + rings_.offsets[at + 1];
+        return static_cast<std::size_t>(std::lower_bound(begin, end, neighbor) -
+                                        rings_.neighbors.begin());
+    }
+
+    /// The faces around a vertex form one fan exactly if their far edges connect its neighbours.
+    void count_vertex_fans() {
+        DisjointSets fans(rings_.neighbors.size());
+        std::vector<char> in_face(rings_.neighbors.size(), 0);
+        for (const Face& face : faces_) {
+            if (is_degenerate(face)) continue;
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                const std::size_t next = place(face[corner], face[(corner + 1) % 3]);
+                const std::size_t last = place(face[corner], face[(corner + 2) % 3]);
+                in_face[next] = in_face[last] = 1;
+                fans.join(next, last);
+            }
+        }
+        int first = -1;
+        for (int vertex = 0; vertex < rings_.vertex_count(); ++vertex) {
+            const auto at = static_cast<std::size_t>(vertex);
+            int count = 0;
+            for (auto i = static_cast<std::size_t>(rings_.offsets[at]);
+                 i < static_cast<std::size_t>(rings_.offsets[at + 1]); ++i) {
+                if (in_face[i] != 0 && fans.find(i) == i) ++count;
+            }
+            if (count < 2) continue;
+            if (report_.non_manifold_vertices++ == 0) first = vertex;
+        }
+        if (report_.non_manifold_vertices == 0) return;
+        warn(counted(report_.non_manifold_vertices, "vertex joins", "vertices join") +
+             fmt::format(" surfaces that touch only there, the first is vertex {}", first + 1));
+    }
+
+    void count_components() {
+        const std::vector<int> component = connected_components(rings_);
+        std::vector<char> in_face(component.size(), 0);
+        for (const Face& face : faces_) {
+            for (const int corner : face) in_face[static_cast<std::size_t>(corner)] = 1;
+        }
+        int first_isolated = -1;
+        std::vector<int> used;
+        for (std::size_t i = 0; i < component.size(); ++i) {
+            if (in_face[i] != 0) {
+                used.push_back(component[i]);
+            } else if (report_.isolated_vertices++ == 0) {
+                first_isolated = static_cast<int>(i);
+            }
+        }
+        std::sort(used.begin(), used.end());
+        report_.components = static_cast<int>(std::unique(used.begin(), used.end()) - used.begin());
+        if (report_.components > 1) {
+            warn(fmt::format("{} connected components", report_.components));
+        }
+        if (report_.isolated_vertices == 0) return;
+        warn(counted(report_.isolated_vertices, "vertex is", "vertices are") +
+             fmt::format(" in no face, the first is vertex {}", first_isolated + 1));
+    }
+
+    void warn(std::string text) { report_.warnings.push_back(std::move(text)); }
+
+    const std::vector<Face>& faces_;
+    const OneRings& rings_;
+    ConnectivityReport report_;
+};
+
+}  // namespace
+
+ConnectivityReport report_connectivity(const std::vector<Face>& faces, const OneRings& rings) {
+    return ReportBuilder(faces, rings).build();
+}
+
+}  // namespace mscomp

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/acap/mesh/mesh_sequence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
+#include "polygon_mesh.h"
+
+namespace mscomp {
+namespace {
+
+using Corners = std::vector<int>;
+
+/// The smallest of all rotations, so that faces that differ by their first corner become equal.
+Corners canonical(std::span<const int> face) {
+    Corners best(face.begin(), face.end());
+    Corners turned = best;
+    for (std::size_t i = 1; i < face.size(); ++i) {
+        std::rotate(turned.begin(), turned.begin() + 1, turned.end());
+        best = std::min(best, turned);
+    }
+    return best;
+}
+
+std::string corners_text(std::span<const int> face) {
+    std::string text;
+    for (const int corner : face) text += fmt::format("{}{}", text.empty() ? "" : " ", corner + 1);
+    return "(" + text + ")";
+}
+
+/// Index of the first face of `mesh` that `other` does not have (as often); face_count() if none.
+std::size_t first_face_missing_in(const PolygonMesh& other, const PolygonMesh& mesh) {
+    std::map<Corners, int> available;
+    for (std::size_t i = 0; i < other.face_count(); ++i) ++available[canonical(other.face(i))];
+    for (std::size_t i = 0; i < mesh.face_count(); ++i) {
+        const auto found = available.find(canonical(mesh.face(i)));
+        if (found == available.end() || found->second-- == 0) return i;
+    }
+    return mesh.face_count();
+}
+
+class ReferenceConnectivity {
+  public:
+    ReferenceConnectivity(const PolygonMesh& mesh, std::string path)
+        : mesh_(mesh), path_(std::move(path)) {}
+
+    /// Throws InputError unless `mesh` has the vertex count and the faces of the reference.
+    void check(const PolygonMesh& mesh, const std::string& path) const {
+        if (mesh.vertices.size() != mesh_.vertices.size()) {
+            throw InputError({path}, fmt::format("{} vertices, but {} has {}", mesh.vertices.size(),
+                                                 path_, mesh_.vertices.size()));
+        }
+        if (mesh.ends == mesh_.ends && mesh.corners == mesh_.corners) return;
+        const std::size_t extra = first_face_missing_in(mesh_, mesh);
+        if (extra < mesh.face_count()) {
+            throw InputError(
+                {path}, count_text(mesh) + fmt::format("face {} is {}, which {} does not have{}",
+                                                       extra + 1, corners_text(mesh.face(extra)),
+                                                       path_, own_face_text(extra)));
+        }
+        const std::size_t missing = first_face_missing_in(mesh, mesh_);
+        if (missing < mesh_.face_count()) {
+            throw InputError(
+                {path}, count_text(mesh) + fmt::format("face {} of {} is {}, which is missing here",
+                                                       missing + 1, path_,
+                                                       corners_text(mesh_.face(missing))));
+        }
+    }
+
+  private:
+    std::string count_text(const PolygonMesh& mesh) const {
+        if (mesh.face_count() == mesh_.face_count()) return "other faces than " + path_ + ": ";
+        return fmt::format("{} faces, but {} has {}: ", mesh.face_count(), path_,
+                           mesh_.face_count());
+    }
+    std::string own_face_text(std::size_t index) const {
+        if (index >= mesh_.face_count()) return "";
+        return fmt::format(" (there face {} is {})", index + 1, corners_text(mesh_.face(index)));
+    }
+
+    const PolygonMesh& mesh_;
+    std::string path_;
+};
+
+/// File stems; one that was there before gets "-2", "-3", ..., so that names can name files.
+std::vector<std::string> distinct_stems(const std::vector<std::string>& paths) {
+    std::vector<std::string> names;
+    std::set<std::string> taken;
+    for (const std::string& path : paths) {
+        const std::string stem = std::filesystem::path(path).stem().string();
+        std::string name = stem;
+        for (int copy = 2; !taken.insert(name).second; ++copy)
+            name = fmt::format("{}-{}", stem, copy);
+        names.push_back(name);
+    }
+    return names;
+}
+
+}  // namespace
+
+MeshSequence read_sequence(const std::vector<std::string>& paths) {
+    if (paths.empty()) throw UsageError("no mesh files given");
+    PolygonMesh reference = read_polygons(paths.front());
+    const ReferenceConnectivity connectivity(reference, paths.front());
+    MeshSequence sequence;
+    sequence.names = distinct_stems(paths);
+    sequence.shapes.resize(paths.size());
+    parallel_for(static_cast<std::int64_t>(paths.size()) - 1, [&](std::int64_t i) {
+        const auto index = static_cast<std::size_t>(i) + 1;
+        PolygonMesh mesh = read_polygons(paths[index]);
+        connectivity.check(mesh, paths[index]);
+        sequence.shapes[index] = std::move(mesh.vertices);
+    });
+    // One split for all: the fans of the reference's polygons.
+    sequence.faces = split_into_triangles(reference);
+    sequence.shapes.front() = std::move(reference.vertices);
+    return sequence;
+}
+
+}  // namespace mscomp

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+
+#include "mscomp/base/error.h"
+#include "number_text.h"
+#include "polygon_mesh.h"
+
+namespace mscomp {
+namespace {
+
+constexpr std::array<std::string_view, 16> kSkippedKeywords{
+    "vt", "vn", "vp", "g",      "o",      "s",   "usemtl", "mtllib",
+    "l",  "p",  "mg", "usemap", "maplib", "lod", "bevel",  "shadow_obj"};
+constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
+
+/// One pass over the text. A statement is a line with its continuation lines.
+class ObjReader {
+  public:
+    ObjReader(std::string_view text, const std::string& path)
+        : at_(text.data()), end_(text.data() + text.size()), path_(path) {
+        if (text.empty()) throw InputError({path_}, "the file is empty, expected an OBJ mesh");
+        if (text.starts_with("\xEF\xBB\xBF")) at_ += 3;
+        line_begin_ = at_;
+        // About what a triangle mesh needs: 30 bytes a vertex, 18 a face, two faces a vertex.
+        mesh_.vertices.reserve(text.size() / 64);
+        mesh_.ends.reserve(text.size() / 32);
+        mesh_.corners.reserve(text.size() / 11);
+    }
+
+    PolygonMesh read() {
+        for (skip_blanks(); at_ != end_; skip_blanks()) {
+            if (is_line_end(*at_)) {
+                next_line();
+            } else {
+                read_statement();
+            }
+        }
+        check_complete();
+        return std::move(mesh_);
+    }
+
+  private:
+    struct ForwardReference {
+        std::int64_t index, line, column;
+    };
+
+    void read_statement() {
+        const std::string_view keyword = token();
+        if (keyword == "v") {
+            ++at_;
+            read_vertex();
+        } else if (keyword == "f") {
+            ++at_;
+            read_face();
+        } else if (*at_ == '#') {
+            skip_comment();
+        } else if (std::find(kSkippedKeywords.begin(), kSkippedKeywords.end(), keyword) !=
+                   kSkippedKeywords.end()) {
+            skip_statement();
+        } else {
+            fail(fmt::format("got the keyword {}, expected v, f or one that is skipped: {}",
+                             quoted(keyword), fmt::join(kSkippedKeywords, " ")));
+        }
+    }
+
+    void read_vertex() {
+        Point point;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            skip_blanks();
+            if (at_statement_end()) {
+                fail(fmt::format("the vertex ends after {} coordinate{}, expected 3", axis,
+                                 axis == 1 ? "" : "s"));
+            }
+            point[axis] = read_coordinate(kCoordinateNames[axis]);
+        }
+        // A weight or a colour may follow; anything else is a sign that the line is not a vertex.
+        for (skip_blanks(); !at_statement_end(); skip_blanks()) {
+            const NumberText number = read_number(at_, end_);
+            if (number.kind == NumberText::Kind::none || !at_token_end(number.end)) {
+                fail("after the vertex: " + number_complaint(token()));
+            }
+            at_ = number.end;
+        }
+        finish_statement();
+        mesh_.vertices.push_back(point);
+    }
+
+    double read_coordinate(std::string_view name) {
+        const NumberText number = read_number(at_, end_);
+        if (number.kind != NumberText::Kind::finite || !at_token_end(number.end)) {
+            fail(fmt::format("vertex coordinate {}: {}", name, number_complaint(token())));
+        }
+        at_ = number.end;
+        return number.value;
+    }
+
+    void read_face() {
+        const std::size_t first = mesh_.corners.size();
+        for (skip_blanks(); !at_statement_end(); skip_blanks())
+            mesh_.corners.push_back(read_corner());
+        const std::size_t count = mesh_.corners.size() - first;
+        if (count < 3) {
+            fail(fmt::format("the face ends after {} corner{}, expected at least 3", count,
+                             count == 1 ? "" : "s"));
+        }
+        finish_statement();
+        mesh_.ends.push_back(mesh_.corners.size());
+    }
+
+    /// v, v/vt, v//vn or v/vt/vn; only v is used.
+    int read_corner() {
+        const char* at = at_;
+        std::int64_t index = 0;
+        if (!read_integer(at, index)) fail_corner();
+        for (int part = 0; part < 2 && at != end_ && *at == '/'; ++part) {
+            ++at;
+            std::int64_t unused = 0;
+            if (at != end_ && !at_token_end(at) && *at != '/' && !read_integer(at, unused)) {
+                fail_corner();
+            }
+        }
+        if (!at_token_end(at)) fail_corner();
+        const int vertex = vertex_of(index);
+        at_ = at;
+        return vertex;
+    }
+
+    /// Counts from 1, or back from the last vertex read so far where negative.
+    int vertex_of(std::int64_t index) {
+        const auto known = static_cast<std::int64_t>(mesh_.vertices.size());
+        if (index > known) {
+            // The first one beyond the end of the list is larger than all before it.
+            if (forward_.empty() || index > forward_.back().index) {
+                forward_.push_back({index, line_, at_ - line_begin_ + 1});
+            }
+            return static_cast<int>(std::min<std::int64_t>(index, std::numeric_limits<int>::max()) -
+                                    1);
+        }
+        if (index > 0) return static_cast<int>(index - 1);
+        if (index == 0) fail("face refers to vertex 0, expected 1 or more (or negative numbers)");
+        if (index < -known) {
+            fail(fmt::format("face refers to vertex {}, only {} vertices stand before it", index,
+                             known));
+        }
+        return static_cast<int>(known + index);
+    }
+
+    bool read_integer(const char*& at, std::int64_t& value) const {
+        const char* start = at;
+        const bool negative = start != end_ && *start == '-';
+        if (negative) ++start;
+        const char* digit = start;
+        // Far beyond any vertex count, and far from an overflow.
+        constexpr std::int64_t cap = std::int64_t{1} << 58;
+        for (value = 0; digit != end_ && is_digit(*digit); ++digit) {
+            value = std::min(cap, 10 * value + (*digit - '0'));
+        }
+        if (digit == start) return false;
+        if (negative) value = -value;
+        at = digit;
+        return true;
+    }
+
+    void check_complete() const {
+        if (mesh_.vertices.empty()) {
+            throw InputError({path_}, "has no vertices, expected lines such as 'v 0.1 0.2 0.3'");
+        }
+        if (mesh_.ends.empty()) {
+            throw InputError({path_}, fmt::format("has {} vertices but no faces, expected lines "
+                                                  "such as 'f 1 2 3'",
+                                                  mesh_.vertices.size()));
+        }
+        if (mesh_.vertices.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+            throw InputError({path_}, fmt::format("has {} vertices, expected at most 2^31 - 1",
+                                                  mesh_.vertices.size()));
+        }
+        for (const ForwardReference& reference : forward_) {
+            if (reference.index > static_cast<std::int64_t>(mesh_.vertices.size())) {
+                throw InputError({path_, reference.line, reference.column},
+                                 fmt::format("face refers to vertex {}, the file has {}",
+                                             reference.index, mesh_.vertices.size()));
+            }
+        }
+    }
+
+    void skip_blanks() {
+        while (at_ != end_) {
+            if (is_blank(*at_)) {
+                ++at_;
+            } else if (is_continuation(at_)) {
+                ++at_;
+                next_line();
+            } else {
+                return;
+            }
+        }
+    }
+
+    bool is_continuation(const char* at) const {
+        return *at == '\\' && at + 1 != end_ && is_line_end(at[1]);
+    }
+    bool at_statement_end() const { return at_ == end_ || is_line_end(*at_) || *at_ == '#'; }
+    bool at_token_end(const char* at) const {
+        return at == end_ || is_blank(*at) || is_line_end(*at) || is_continuation(at);
+    }
+
+    std::string_view token() const {
+        const char* after = at_;
+        while (!at_token_end(after)) ++after;
+        return {at_, static_cast<std::size_t>(after - at_)};
+    }
+
+    void finish_statement() {
+        if (at_ != end_ && *at_ == '#') skip_comment();
+    }
+
+    /// Without continuation: a comment that happens to end in a backslash must not swallow a
+    /// vertex.
+    void skip_comment() {
+        while (at_ != end_ && !is_line_end(*at_)) ++at_;
+    }
+
+    void skip_statement() {
+        while (at_ != end_ && !is_line_end(*at_)) {
+            const bool continued = is_continuation(at_);
+            ++at_;
+            if (continued) next_line();
+        }
+    }
+
+    void next_line() {
+        const bool two_characters = *at_ == '\r' && at_ + 1 != end_ && at_[1] == '\n';
+        at_ += two_characters ? 2 : 1;
+        ++line_;
+        line_begin_ = at_;
+    }
+
+    FilePosition here() const { return {path_, line_, at_ - line_begin_ + 1}; }
+    [[noreturn]] void fail(std::string_view message) const { throw InputError(here(), message); }
+    [[noreturn]] void fail_corner() const {
+        fail(fmt::format("face corner: got {}, expected an index such as 7, 7/2, 7//3, 7/2/3 or -1",
+                         quoted(token())));
+    }
+
+    const char* at_;
+    const char* end_;
+    const char* line_begin_ = nullptr;
+    std::int64_t line_ = 1;
+    const std::string& path_;
+    PolygonMesh mesh_;
+    std::vector<ForwardReference> forward_;
+};
+
+}  // namespace
+
+PolygonMesh parse_obj_polygons(std::string_view text, const std::string& path) {
+    return ObjReader(text, path).read();
+}
+
+}  // namespace mscomp
