@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#include <CLI/CLI.hpp>
+
+#include "mscomp/cli/program.h"
+#include "mscomp_commands.h"
+
+int main(int argc, char** argv) {
+    CLI::App app("Learns multiscale, localised deformation components from ACAP features",
+                 "mscomp");
+    mscomp::setup_program(app);
+    mscomp::setup_init(app);
+    return mscomp::run_program(app, argc, argv);
+}

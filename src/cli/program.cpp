@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/cli/program.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <system_error>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/cli/interrupt.h"
+
+namespace mscomp {
+namespace {
+
+int fail(const CLI::App& app, ExitCode code, const std::string& message) {
+    std::cout.flush();
+    fmt::print(stderr, "{}: error: {}\n", app.get_name(), message);
+    return static_cast<int>(code);
+}
+
+int answer(const CLI::App& app, const CLI::ParseError& error) {
+    // Help and version are answers, everything else is a mistake in the command line.
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
+    const auto chosen = app.get_subcommands();
+    const std::string command = chosen.empty() ? "" : " " + chosen.front()->get_name();
+    return fail(app, ExitCode::usage,
+                fmt::format("{}\nSee {}{} --help", error.what(), app.get_name(), command));
+}
+
+void flush_results() {
+    std::cout.flush();
+    if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+        throw IoError("standard output", std::generic_category().message(errno));
+    }
+}
+
+}  // namespace
+
+void setup_program(CLI::App& app) {
+    app.set_version_flag("--version", app.get_name() + " " + MSCOMP_VERSION);
+    app.require_subcommand(1);
+}
+
+int run_program(CLI::App& app, int argc, const char* const* argv) {
+    try {
+        watch_interrupts();
+        app.parse(argc, argv);
+        flush_results();
+        return static_cast<int>(ExitCode::ok);
+    } catch (const CLI::ParseError& error) {
+        return answer(app, error);
+    } catch (const Error& error) {
+        return fail(app, error.exit_code(), error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(app, ExitCode::bug, "not enough memory for this input");
+    } catch (const std::exception& error) {
+        return fail(app, ExitCode::bug,
+                    fmt::format("this is a bug, please report it: {}", error.what()));
+    } catch (...) {
+        return fail(app, ExitCode::bug, "this is a bug, please report it: unknown exception");
+    }
+}
+
+void add_quiet(CLI::App& command, CommonOptions& options) {
+    command.add_flag("--quiet", options.quiet, "Print results and errors only");
+}
+
+void add_json(CLI::App& command, CommonOptions& options) {
+    command.add_flag("--json", options.json, "Print the results as one JSON object");
+}
+
+void add_force(CLI::App& command, CommonOptions& options) {
+    command.add_flag("--force", options.force, "Replace output that exists");
+}
+
+void add_threads(CLI::App& command, CommonOptions& options) {
+    command
+        .add_option_function<int>(
+            "--threads",
+            [&options](int count) {
+                options.threads = count;
+                set_thread_count(count);
+            },
+            "Number of threads, 0 for one per processor; results do not depend on it")
+        ->check(CLI::NonNegativeNumber)
+        ->default_str("0");
+}
+
+void set_example(CLI::App& command, const std::string& example) {
+    command.footer("\nExample:\n  " + example);
+}
+
+}  // namespace mscomp

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/cli/progress.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace mscomp {
+namespace {
+
+constexpr double kSecondsBetweenBars = 0.1;
+constexpr double kSecondsBetweenLines = 2.0;
+constexpr int kBarWidth = 24;
+constexpr int kDefaultColumns = 80;
+
+double steady_seconds() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration<double>(now).count();
+}
+
+std::size_t terminal_columns(std::FILE* stream) {
+    winsize size{};
+    const bool is_known = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    return static_cast<std::size_t>(is_known ? size.ws_col : kDefaultColumns);
+}
+
+}  // namespace
+
+Progress::Progress(std::string title, std::int64_t total, ProgressOptions options)
+    : title_(std::move(title)), total_(total), options_(std::move(options)) {
+    if (!options_.clock) options_.clock = steady_seconds;
+    if (options_.style == ProgressStyle::automatic) {
+        const bool is_terminal = isatty(fileno(options_.stream)) != 0;
+        options_.style = is_terminal ? ProgressStyle::bar : ProgressStyle::lines;
+    }
+    start_ = options_.clock();
+    last_drawn_ = start_;
+    last_tenth_ = total_ > 0 ? options_.first * 10 / total_ : 0;
+}
+
+Progress::~Progress() {
+    if (is_line_open_) std::fputc('\n', options_.stream);
+}
+
+bool Progress::is_due(std::int64_t done, double now) const {
+    if (done >= total_) return true;
+    if (options_.style == ProgressStyle::bar) {
+        return !was_drawn_ || now - last_drawn_ >= kSecondsBetweenBars;
+    }
+    return done * 10 / total_ > last_tenth_ && now - last_drawn_ >= kSecondsBetweenLines;
+}
+
+void Progress::update(std::int64_t done, std::string_view text) {
+    if (options_.style == ProgressStyle::silent) return;
+    const double now = options_.clock();
+    if (!is_due(done, now)) return;
+    was_drawn_ = true;
+    last_drawn_ = now;
+    last_tenth_ = total_ > 0 ? done * 10 / total_ : 0;
+    const std::string description = describe(done, now, text);
+    if (options_.style == ProgressStyle::bar) {
+        draw_bar(done, description);
+    } else {
+        fmt::print(options_.stream, "{}  {}\n", title_, description);
+        std::fflush(options_.stream);
+    }
+}
+
+std::string Progress::describe(std::int64_t done, double now, std::string_view text) const {
+    const double share = total_ > 0 ? static_cast<double>(done) / static_cast<double>(total_) : 1;
+    std::string line = fmt::format("{:3.0f} %  {}/{}", std::floor(100 * share), done, total_);
+    const std::int64_t steps = done - options_.first;
+    const double elapsed = now - start_;
+    if (done >= total_) {
+        line += fmt::format("  {} in all", duration_text(elapsed));
+    } else if (steps > 0) {
+        const double left =
+            elapsed / static_cast<double>(steps) * static_cast<double>(total_ - done);
+        line += fmt::format("  {} left", duration_text(left));
+    }
+    if (!text.empty()) line += fmt::format("  {}", text);
+    return line;
+}
+
+void Progress::draw_bar(std::int64_t done, const std::string& description) {
+    const double share = total_ > 0 ? static_cast<double>(done) / static_cast<double>(total_) : 1;
+    const int filled = std::clamp(static_cast<int>(share * kBarWidth), 0, kBarWidth);
+    std::string line = fmt::format("{} [{:#<{}}{:-<{}}] {}", title_, "", filled, "",
+                                   kBarWidth - filled, description);
+    // A line that wraps cannot be redrawn in place.
+    line.resize(std::min(line.size(), terminal_columns(options_.stream) - 1));
+    fmt::print(options_.stream, "\r{}\x1b[K", line);
+    is_line_open_ = done < total_;
+    if (!is_line_open_) std::fputc('\n', options_.stream);
+    std::fflush(options_.stream);
+}
+
+ProgressOptions progress_options(bool quiet, std::int64_t first) {
+    ProgressOptions options;
+    if (quiet) options.style = ProgressStyle::silent;
+    options.first = first;
+    return options;
+}
+
+std::string duration_text(double seconds) {
+    const auto whole = static_cast<std::int64_t>(std::lround(std::max(seconds, 0.0)));
+    const std::int64_t hours = whole / 3600;
+    if (hours > 0) return fmt::format("{}:{:02}:{:02}", hours, whole / 60 % 60, whole % 60);
+    return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+}  // namespace mscomp

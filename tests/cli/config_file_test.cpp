@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/cli/config_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <functional>
+
+#include "mscomp/base/error.h"
+
+namespace mscomp {
+namespace {
+
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::HasSubstr;
+
+const std::string kData = "data: {features: f.safetensors}\n";
+
+struct Refusal {
+    std::string key, message;
+    std::int64_t line = -1, column = -1;
+};
+
+Refusal refusal_of(const std::string& yaml, const std::vector<std::string>& overrides = {}) {
+    try {
+        parse_config(yaml, "c.yaml", overrides);
+    } catch (const ConfigError& error) {
+        EXPECT_EQ(error.exit_code(), ExitCode::usage);
+        return {error.key(), error.what(), error.where().line, error.where().column};
+    }
+    ADD_FAILURE() << "accepted: " << yaml;
+    return {};
+}
+
+nn::Config with(const std::string& override) { return parse_config(kData, "c.yaml", {override}); }
+
+// Every field of a configuration, so that equality misses none of those the table has.
+std::string all_of(const nn::Config& config) { return write_config(config, false); }
+
+nn::Config config_with_no_default() {
+    nn::Config c;
+    c.model = {"stacked-attention",
+               false,
+               false,
+               nn::Tied::none,
+               nn::Activation::tanh,
+               nn::Activation::tanh,
+               4.25,
+               3e-9,
+               {{7, 0.1 + 0.2, nn::SparsityRamp{0.125, 1.0 / 3}}, {1, 0, {}}, {3, 1, {}}}};
+    c.loss = {10, 0.1, 1e-7, 123456.789};
+    c.data = {"a folder/odd \"name\": #1.safetensors",
+              {nn::SplitKind::random, 3, 36, 18446744073709551615u, "null"},
+              nn::Scaling::minmax};
+    c.train = {1,
+               2147483647,
+               1e-300,
+               1,
+               5,
+               0,
+               1ull << 63,
+               nn::Start::random,
+               nn::SparsityStep::subgradient,
+               9};
+    c.filter = {1e-3, 1, 1e-6};
+    return c;
+}
+
+// read(write(c)) = c, field by field, for a configuration that differs from the defaults
+// everywhere.
+TEST(ConfigFile, WritingThenReadingIsTheIdentity) {
+    const nn::Config c = config_with_no_default();
+    for (const bool with_comments : {false, true}) {
+        const nn::Config r = parse_config(write_config(c, with_comments), "c.yaml");
+        EXPECT_EQ(r.model.kind, c.model.kind);
+        EXPECT_EQ(r.model.attention, c.model.attention);
+        EXPECT_EQ(r.model.joint, c.model.joint);
+        EXPECT_EQ(r.model.tied, c.model.tied);
+        EXPECT_EQ(r.model.latent_activation, c.model.latent_activation);
+        EXPECT_EQ(r.model.decoder_fc_activation, c.model.decoder_fc_activation);
+        EXPECT_EQ(r.model.mask_power, c.model.mask_power);
+        EXPECT_EQ(r.model.mask_epsilon, c.model.mask_epsilon);
+        ASSERT_EQ(r.model.levels.size(), c.model.levels.size());
+        for (std::size_t i = 0; i < c.model.levels.size(); ++i) {
+            EXPECT_EQ(r.model.levels[i].components, c.model.levels[i].components);
+            EXPECT_EQ(r.model.levels[i].sparsity_range, c.model.levels[i].sparsity_range);
+            EXPECT_EQ(r.model.levels[i].sparsity_ramp.has_value(),
+                      c.model.levels[i].sparsity_ramp.has_value());
+        }
+        EXPECT_EQ(r.model.levels[0].sparsity_ramp->from, c.model.levels[0].sparsity_ramp->from);
+        EXPECT_EQ(r.model.levels[0].sparsity_ramp->to, c.model.levels[0].sparsity_ramp->to);
+        EXPECT_EQ(r.loss.reconstruction, c.loss.reconstruction);
+        EXPECT_EQ(r.loss.sparsity, c.loss.sparsity);
+        EXPECT_EQ(r.loss.range, c.loss.range);
+        EXPECT_EQ(r.loss.range_limit, c.loss.range_limit);
+        EXPECT_EQ(r.data.features, c.data.features);
+        EXPECT_EQ(r.data.split.train, c.data.split.train);
+        EXPECT_EQ(r.data.split.step, c.data.split.step);
+        EXPECT_EQ(r.data.split.count, c.data.split.count);
+        EXPECT_EQ(r.data.split.seed, c.data.split.seed);
+        EXPECT_EQ(r.data.split.path, c.data.split.path);
+        EXPECT_EQ(r.data.center, c.data.center);
+        EXPECT_EQ(r.train.epochs, c.train.epochs);
+        EXPECT_EQ(r.train.batch, c.train.batch);
+        EXPECT_EQ(r.train.learning_rate, c.train.learning_rate);
+        EXPECT_EQ(r.train.learning_rate_decay, c.train.learning_rate_decay);
+        EXPECT_EQ(r.train.decay_steps, c.train.decay_steps);
+        EXPECT_EQ(r.train.learning_rate_floor, c.train.learning_rate_floor);
+        EXPECT_EQ(r.train.seed, c.train.seed);
+        EXPECT_EQ(r.train.start, c.train.start);
+        EXPECT_EQ(r.train.sparsity_step, c.train.sparsity_step);
+        EXPECT_EQ(r.train.checkpoint_every, c.train.checkpoint_every);
+        EXPECT_EQ(r.filter.minimum_strength, c.filter.minimum_strength);
+        EXPECT_EQ(r.filter.relative_threshold, c.filter.relative_threshold);
+        EXPECT_EQ(r.filter.absolute_threshold, c.filter.absolute_threshold);
+    }
+}
+
+TEST(ConfigFile, InitReadsBackAsTheDefaults) {
+    nn::Config defaults;
+    defaults.data.features = "features.safetensors";
+    const std::string text = write_config(default_config("stacked-attention"), true);
+    EXPECT_EQ(all_of(parse_config(text, "c.yaml")), all_of(defaults));
+}
+
+TEST(ConfigFile, WhatIsLeftOutKeepsItsDefault) {
+    nn::Config defaults;
+    defaults.data.features = "f.safetensors";
+    EXPECT_EQ(all_of(parse_config(kData, "c.yaml")), all_of(defaults));
+}
+
+// The example of the contract, literally.
+TEST(ConfigFile, ReadsTheFlowStyleOfTheContract) {
+    const nn::Config c = parse_config(
+        "model: {kind: stacked-attention, attention: true, joint: true, tied: transpose,\n"
+        "        levels: [{components: 12, sparsity_range: 0.5}, {components: 4, "
+        "sparsity_range: 0.25, sparsity_ramp: [0.1, 0.3]}]}\n"
+        "loss:  {reconstruction: 1, sparsity: 500, range: 1, range_limit: 5}\n"
+        "data:  {features: scape.safetensors, split: {train: random, count: 36, seed: 2}}\n"
+        "train: {epochs: 20, batch: 2, learning_rate: 1.0e-3, seed: 0, start: random,\n"
+        "        sparsity_step: subgradient}\n",
+        "c.yaml");
+    ASSERT_EQ(c.model.levels.size(), 2u);
+    EXPECT_EQ(c.model.levels[0].components, 12);
+    EXPECT_EQ(c.model.levels[0].sparsity_range, 0.5);
+    EXPECT_FALSE(c.model.levels[0].sparsity_ramp.has_value());
+    EXPECT_EQ(c.model.levels[1].sparsity_ramp->to, 0.3);
+    EXPECT_EQ(c.loss.sparsity, 500);
+    EXPECT_EQ(c.data.split.train, nn::SplitKind::random);
+    EXPECT_EQ(c.data.split.count, 36);
+    EXPECT_EQ(c.train.learning_rate, 1e-3);
+    EXPECT_EQ(c.train.start, nn::Start::random);
+}
+
+TEST(ConfigFile, UnknownKeyNamesPlaceAndNearestKey) {
+    const Refusal r = refusal_of(kData + "train:\n  epochs: 5\n  learnin_rate: 1\n");
+    EXPECT_EQ(r.key, "train.learnin_rate");
+    EXPECT_EQ(r.line, 4);
+    EXPECT_EQ(r.column, 3);
+    EXPECT_THAT(r.message, testing::StartsWith("c.yaml:4:3: "));
+    EXPECT_THAT(r.message, EndsWith("nearest known key is train.learning_rate"));
+}
+
+TEST(ConfigFile, UnknownKeyInALevelNamesTheKeyOfThatLevel) {
+    const Refusal r = refusal_of(
+        kData + "model: {levels: [{components: 1, sparsity_range: 0}, {component: 2}]}\n");
+    EXPECT_EQ(r.key, "model.levels[1].component");
+    EXPECT_THAT(r.message, EndsWith("nearest known key is model.levels[1].components"));
+}
+
+TEST(ConfigFile, KeyInTheWrongSectionIsFoundWhereItBelongs) {
+    EXPECT_THAT(refusal_of("epochs: 5\n").message, EndsWith("is train.epochs"));
+    EXPECT_THAT(refusal_of("loss: {mask_power: 2}\n").message, EndsWith("is model.mask_power"));
+    EXPECT_THAT(refusal_of("modell: {}\n").message, EndsWith("is model"));
+}
+
+struct WrongValue {
+    std::string yaml, key;
+    std::int64_t line, column;
+    std::string got, wanted;
+};
+
+TEST(ConfigFile, WrongValueNamesPlaceGotAndWanted) {
+    const std::vector<WrongValue> cases{
+        {"train:\n  epochs: many\n", "train.epochs", 2, 11, "\"many\"", "a whole number >= 1"},
+        {"train: {epochs: 0}\n", "train.epochs", 1, 17, "\"0\"", "a whole number >= 1"},
+        {"train: {epochs: 1.5}\n", "train.epochs", 1, 17, "\"1.5\"", "a whole number >= 1"},
+        {"train: {epochs: \"5\"}\n", "train.epochs", 1, 17, "\"5\"", "a whole number"},
+        {"train: {epochs: 3000000000}\n", "train.epochs", 1, 17, "\"3000000000\"", "whole"},
+        {"train: {epochs: }\n", "train.epochs", 1, 17, "nothing", "a whole number >= 1"},
+        {"train: {epochs: [1]}\n", "train.epochs", 1, 17, "a list", "a whole number >= 1"},
+        {"train: {seed: -1}\n", "train.seed", 1, 15, "\"-1\"", "a whole number >= 0"},
+        {"train: {learning_rate: 0}\n", "train.learning_rate", 1, 24, "\"0\"", "a number > 0"},
+        {"train: {learning_rate: .nan}\n", "train.learning_rate", 1, 24, "\".nan\"", "> 0"},
+        {"train: {learning_rate: nan}\n", "train.learning_rate", 1, 24, "\"nan\"", "> 0"},
+        {"train: {learning_rate: inf}\n", "train.learning_rate", 1, 24, "\"inf\"", "> 0"},
+        {"train:\n  learning_rate: 0,1\n", "train.learning_rate", 2, 18, "\"0,1\"", "> 0"},
+        {"train: {learning_rate_decay: 1.01}\n", "train.learning_rate_decay", 1, 30, "\"1.01\"",
+         "a number > 0 and <= 1"},
+        {"model: {joint: yes}\n", "model.joint", 1, 16, "\"yes\"", "true or false"},
+        {"model: {tied: samee}\n", "model.tied", 1, 15, "\"samee\"",
+         "transpose, same or none; the nearest is same"},
+        {"model: {kind: stacked}\n", "model.kind", 1, 15, "\"stacked\"", "stacked-attention"},
+        {"model: {levels: []}\n", "model.levels", 1, 17, "a list", "at least one level"},
+        {"model: {levels: [5]}\n", "model.levels[0]", 1, 18, "\"5\"", "a mapping"},
+        {"model: 3\n", "model", 1, 8, "\"3\"", "a mapping with the keys kind, attention"},
+        {"- 1\n", "configuration", 1, 1, "a list", "a mapping with the keys model"},
+        {"data: {features: [a]}\n", "data.features", 1, 18, "a list", "a file name"},
+    };
+    for (const WrongValue& each : cases) {
+        SCOPED_TRACE(each.yaml);
+        const Refusal r = refusal_of(each.yaml);
+        EXPECT_EQ(r.key, each.key);
+        EXPECT_EQ(r.line, each.line);
+        EXPECT_EQ(r.column, each.column);
+        EXPECT_THAT(r.message, HasSubstr("got " + each.got + ", wanted"));
+        EXPECT_THAT(r.message, HasSubstr(each.wanted));
+    }
+}
+
+TEST(ConfigFile, ARampRisesWithinTheUnitRange) {
+    for (const std::string ramp : {"[0.4, 0.2]", "[0.2, 0.2]", "[-0.1, 0.2]", "[0.2, 1.1]", "[0.2]",
+                                   "[0.1, 0.2, 0.3]", "[a, 0.3]", "0.3"}) {
+        const Refusal r = refusal_of(
+            "model: {levels: [{components: 1, sparsity_range: 0, "
+            "sparsity_ramp: " +
+            ramp + "}]}\n");
+        EXPECT_EQ(r.key, "model.levels[0].sparsity_ramp") << ramp;
+        EXPECT_THAT(r.message, HasSubstr("[from, to] with 0 <= from < to <= 1"));
+    }
+}
+
+TEST(ConfigFile, ARepeatedKeyIsRefusedAtItsSecondPlace) {
+    const Refusal r = refusal_of("train:\n  epochs: 5\n  seed: 1\n  epochs: 6\n");
+    EXPECT_EQ(r.key, "train.epochs");
+    EXPECT_EQ(r.line, 4);
+    EXPECT_EQ(r.column, 3);
+    EXPECT_THAT(r.message, HasSubstr("given twice"));
+}
+
+TEST(ConfigFile, WhatIsRequiredIsAskedFor) {
+    EXPECT_EQ(refusal_of("").key, "data.features");
+    EXPECT_EQ(refusal_of("# nothing\n").key, "data.features");
+    const Refusal no_features = refusal_of("train: {seed: 1}\ndata:\n  center: minmax\n");
+    EXPECT_EQ(no_features.key, "data.features");
+    EXPECT_EQ(no_features.line, 3);
+    const Refusal no_count = refusal_of("data:\n  features: f\n  split: {train: random}\n");
+    EXPECT_EQ(no_count.key, "data.split.count");
+    EXPECT_EQ(no_count.line, 3);
+    EXPECT_EQ(refusal_of("data: {features: f, split: {train: file}}").key, "data.split.path");
+    const Refusal no_range = refusal_of("model:\n  levels:\n    - components: 3\n");
+    EXPECT_EQ(no_range.key, "model.levels[0].sparsity_range");
+    EXPECT_EQ(no_range.line, 3);
+}
+
+TEST(ConfigFile, BrokenYamlNamesLineAndColumn) {
+    const Refusal r = refusal_of("train:\n  epochs: [1, 2\nloss: 3\n");
+    EXPECT_EQ(r.line, 3);
+    EXPECT_GT(r.column, 0);
+    EXPECT_THAT(r.message, HasSubstr("not valid YAML"));
+    EXPECT_THAT(refusal_of("a: \"open\n").message, HasSubstr("not valid YAML"));
+    EXPECT_THAT(refusal_of("train: *nobody\n").message, HasSubstr("not valid YAML"));
+    EXPECT_THAT(refusal_of(std::string(100000, '[')).message, HasSubstr("not valid YAML"));
+    EXPECT_THAT(refusal_of(kData + "---\ntrain: {seed: 1}\n").message, HasSubstr("second"));
+}
+
+TEST(ConfigFile, OverridesSetWhatTheyName) {
+    EXPECT_EQ(with("train.epochs=100").train.epochs, 100);
+    EXPECT_EQ(with("model.tied=same").model.tied, nn::Tied::same);
+    EXPECT_EQ(with("data.features=a=b.safetensors").data.features, "a=b.safetensors");
+    const nn::Config level = with("model.levels[1].components=7");
+    EXPECT_EQ(level.model.levels[1].components, 7);
+    EXPECT_EQ(level.model.levels[1].sparsity_range, 0.2);
+    EXPECT_EQ(level.model.levels[0].components, 10);
+    const nn::Config list = with("model.levels=[{components: 50, sparsity_range: 0.3}]");
+    ASSERT_EQ(list.model.levels.size(), 1u);
+    EXPECT_EQ(list.model.levels[0].components, 50);
+    const nn::Config section = with("data.split={train: every, step: 4}");
+    EXPECT_EQ(section.data.split.train, nn::SplitKind::every);
+    EXPECT_EQ(section.data.split.step, 4);
+    EXPECT_EQ(section.data.features, "f.safetensors");
+}
+
+TEST(ConfigFile, LaterOverridesWin) {
+    const nn::Config c = parse_config(kData, "c.yaml", {"train.seed=1", "train.seed=2"});
+    EXPECT_EQ(c.train.seed, 2u);
+}
+
+TEST(ConfigFile, AnOverrideCanGiveWhatTheFileLacks) {
+    EXPECT_EQ(parse_config("", "c.yaml", {"data.features=g"}).data.features, "g");
+}
+
+TEST(ConfigFile, WrongOverridesNameTheOption) {
+    const Refusal unknown = refusal_of(kData, {"train.epocs=5"});
+    EXPECT_EQ(unknown.key, "train.epocs");
+    EXPECT_THAT(unknown.message, testing::StartsWith("--set train.epocs=5: "));
+    EXPECT_THAT(unknown.message, EndsWith("train.epochs"));
+    EXPECT_THAT(refusal_of(kData, {"train.epochs=no"}).message, HasSubstr("got \"no\", wanted"));
+    EXPECT_THAT(refusal_of(kData, {"train.epochs"}).message, HasSubstr("key=value"));
+    EXPECT_THAT(refusal_of(kData, {"=5"}).message, HasSubstr("key=value"));
+    EXPECT_THAT(refusal_of(kData, {"train.epochs.more=5"}).message, HasSubstr("unknown key"));
+    EXPECT_THAT(refusal_of(kData, {"train.epochs[0]=5"}).message, HasSubstr("unknown key"));
+    EXPECT_THAT(refusal_of(kData, {"model.levels[2].components=5"}).message,
+                HasSubstr("there are 2, numbered from 0"));
+    EXPECT_THAT(refusal_of(kData, {"model.levels[x].components=5"}).message,
+                HasSubstr("no such level"));
+    EXPECT_THAT(refusal_of(kData, {"train.epochs=[1"}).message, HasSubstr("not valid YAML"));
+    EXPECT_THAT(refusal_of(kData, {"data.split={trian: all}"}).message,
+                EndsWith("data.split.train"));
+}
+
+TEST(ConfigFile, EveryKeyIsPrintedWithAComment) {
+    const std::string text = write_config(default_config("stacked-attention"), true);
+    for (const char* key : {"kind",
+                            "attention",
+                            "joint",
+                            "tied",
+                            "latent_activation",
+                            "decoder_fc_activation",
+                            "mask_power",
+                            "mask_epsilon",
+                            "levels",
+                            "components",
+                            "sparsity_range",
+                            "sparsity_ramp",
+                            "reconstruction",
+                            "sparsity",
+                            "range",
+                            "range_limit",
+                            "features",
+                            "step",
+                            "count",
+                            "seed",
+                            "path",
+                            "center",
+                            "epochs",
+                            "batch",
+                            "learning_rate",
+                            "learning_rate_decay",
+                            "decay_steps",
+                            "learning_rate_floor",
+                            "start",
+                            "sparsity_step",
+                            "checkpoint_every",
+                            "minimum_strength",
+                            "relative_threshold",
+                            "absolute_threshold"}) {
+        EXPECT_THAT(text, testing::ContainsRegex(std::string("[ -] ") + key + ": *[^#\n]*# "));
+    }
+}
+
+TEST(ConfigFile, UnknownKindListsTheKnownOnes) {
+    EXPECT_THAT(model_kinds(), ElementsAre("stacked-attention"));
+    try {
+        default_config("pcaa");
+        FAIL();
+    } catch (const UsageError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("stacked-attention"));
+    }
+}
+
+TEST(ConfigFile, AMissingFileIsAnIoError) {
+    EXPECT_THROW(read_config("/nowhere/config.yaml", {}), IoError);
+}
+
+}  // namespace
+}  // namespace mscomp

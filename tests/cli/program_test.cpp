@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/cli/program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <functional>
+#include <new>
+#include <stdexcept>
+#include <vector>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/cli/interrupt.h"
+#include "mscomp/cli/nearest_name.h"
+
+namespace mscomp {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+struct Outcome {
+    int code = -1;
+    std::string out, err;
+};
+
+Outcome run(const std::function<void()>& body, std::vector<const char*> arguments) {
+    CLI::App app("A program for tests", "acapfeat");
+    setup_program(app);
+    CommonOptions options;
+    CLI::App* command = app.add_subcommand("work", "Do it");
+    add_quiet(*command, options);
+    add_threads(*command, options);
+    set_example(*command, "acapfeat work --quiet");
+    command->callback(body);
+    arguments.insert(arguments.begin(), "acapfeat");
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    Outcome outcome;
+    outcome.code = run_program(app, static_cast<int>(arguments.size()), arguments.data());
+    outcome.out = testing::internal::GetCapturedStdout();
+    outcome.err = testing::internal::GetCapturedStderr();
+    return outcome;
+}
+
+Outcome run_throwing(const std::function<void()>& body) { return run(body, {"work"}); }
+
+TEST(Program, SuccessIsZeroAndSilent) {
+    const Outcome outcome = run([] {}, {"work"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+TEST(Program, EveryErrorHasItsExitCodeAndItsMessage) {
+    const Outcome input = run_throwing([] { throw InputError({"a.obj", 3, 2}, "odd"); });
+    EXPECT_EQ(input.code, 3);
+    EXPECT_EQ(input.err, "acapfeat: error: a.obj:3:2: odd\n");
+    EXPECT_EQ(run_throwing([] { throw UsageError("no"); }).code, 2);
+    EXPECT_EQ(run_throwing([] { throw ConfigError({"c"}, "k", "no"); }).code, 2);
+    EXPECT_EQ(run_throwing([] { throw MeshError("no"); }).code, 3);
+    EXPECT_EQ(run_throwing([] { throw IoError("f", "no"); }).code, 4);
+    EXPECT_EQ(run_throwing([] { throw NumericalError("no"); }).code, 5);
+    EXPECT_EQ(run_throwing([] { throw CheckpointError("f", "no"); }).code, 6);
+    EXPECT_EQ(run_throwing([] { throw Interrupted(SIGINT, "no"); }).code, 130);
+    EXPECT_EQ(run_throwing([] { throw Interrupted(SIGTERM, "no"); }).code, 143);
+}
+
+TEST(Program, WhatNobodyForesawIsABug) {
+    const Outcome outcome = run_throwing([] { throw std::logic_error("index"); });
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("this is a bug, please report it: index"));
+    EXPECT_EQ(run_throwing([] { throw 5; }).code, 1);
+    const Outcome memory = run_throwing([] { throw std::bad_alloc(); });
+    EXPECT_EQ(memory.code, 1);
+    EXPECT_THAT(memory.err, HasSubstr("not enough memory"));
+}
+
+TEST(Program, HelpAndVersionAreAnswers) {
+    const Outcome help = run([] { FAIL(); }, {"work", "--help"});
+    EXPECT_EQ(help.code, 0);
+    EXPECT_THAT(help.out, testing::EndsWith("Example:\n  acapfeat work --quiet\n"));
+    EXPECT_EQ(run([] { FAIL(); }, {"--help"}).code, 0);
+    const Outcome version = run([] { FAIL(); }, {"--version"});
+    EXPECT_EQ(version.code, 0);
+    EXPECT_THAT(version.out, StartsWith("acapfeat "));
+}
+
+TEST(Program, AWrongCommandLineIsTwoAndNamesTheHelp) {
+    const Outcome unknown = run([] { FAIL(); }, {"work", "--loud"});
+    EXPECT_EQ(unknown.code, 2);
+    EXPECT_THAT(unknown.err, HasSubstr("--loud"));
+    EXPECT_THAT(unknown.err, HasSubstr("See acapfeat work --help"));
+    EXPECT_EQ(run([] { FAIL(); }, {}).code, 2);
+    EXPECT_EQ(run([] { FAIL(); }, {"play"}).code, 2);
+    EXPECT_EQ(run([] { FAIL(); }, {"work", "--threads", "-1"}).code, 2);
+    EXPECT_EQ(run([] { FAIL(); }, {"work", "--threads", "two"}).code, 2);
+}
+
+TEST(Program, ThreadsAreSetBeforeTheCommandRuns) {
+    int threads = 0;
+    EXPECT_EQ(run([&threads] { threads = thread_count(); }, {"work", "--threads", "3"}).code, 0);
+    EXPECT_EQ(threads, 3);
+    set_thread_count(0);
+}
+
+TEST(Program, TheFirstSignalIsAFlagThatCommandsLookAt) {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        const Outcome outcome = run_throwing([signal] {
+            EXPECT_FALSE(interrupted());
+            throw_if_interrupted("not yet");
+            std::raise(signal);
+            EXPECT_TRUE(interrupted());
+            EXPECT_EQ(interrupt_signal(), signal);
+            throw_if_interrupted("saved; go on with --resume");
+            FAIL();
+        });
+        EXPECT_EQ(outcome.code, 128 + signal);
+        EXPECT_THAT(outcome.err, HasSubstr("saved; go on with --resume"));
+    }
+}
+
+TEST(InterruptDeathTest, TheSecondSignalEndsTheProcess) {
+    const auto twice = [] {
+        watch_interrupts();
+        std::raise(SIGINT);
+        std::raise(SIGTERM);
+    };
+    EXPECT_EXIT(twice(), testing::ExitedWithCode(143), "once more to stop at once");
+}
+
+TEST(EditDistance, IsZeroOnlyForEqualTextsAndSymmetric) {
+    EXPECT_EQ(edit_distance("epochs", "epochs"), 0u);
+    EXPECT_EQ(edit_distance("", "abc"), 3u);
+    EXPECT_EQ(edit_distance("abc", ""), 3u);
+    EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
+    EXPECT_EQ(edit_distance("sitting", "kitten"), 3u);
+    EXPECT_EQ(edit_distance("ab", "ba"), 2u);
+}
+
+TEST(NearestName, IsTheFirstOfTheClosest) {
+    EXPECT_EQ(nearest_name("horze", {"house", "horse", "hose"}), "horse");
+    EXPECT_EQ(nearest_name("x", {"b", "a"}), "b");
+    EXPECT_EQ(nearest_name("x", {}), "");
+}
+
+}  // namespace
+}  // namespace mscomp
