@@ -28,6 +28,7 @@ struct FeatureSet {
     std::vector<std::array<double, 3>> translation;  // (N)
     std::string weights = "cotangent";               // cotangent | authors | uniform
     std::vector<double> consistency_energy;  // (N), may be empty for files of other programs
+    std::vector<double> consistency_gap;     // (N) energy minus a proved lower bound, likewise
     std::vector<double> largest_jump;        // (N) radians, likewise
     std::vector<std::string> warnings;       // what extraction had to say
 

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mscomp/base/mesh_data.h"
+
+namespace mscomp {
+
+struct RigidMotion {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+};
+
+/// The rigid motion (det +1, no scale) that minimises Σ |R p_i + t - q_i|² (Procrustes).
+RigidMotion best_rigid_motion(const std::vector<Point>& points, const std::vector<Point>& target);
+
+std::vector<Point> moved(const std::vector<Point>& points, const RigidMotion& motion);
+
+}  // namespace mscomp

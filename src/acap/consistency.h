@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "mscomp/base/mesh_data.h"
+
+namespace mscomp {
+
+/// What the integer search needs of the connectivity, shared by all shapes.
+struct ConsistencyGraph {
+    OneRings rings;
+    std::vector<std::array<int, 2>> edges;  // undirected, first < second, ascending
+    std::vector<int> component;             // (V)
+    std::vector<int> roots;                 // one vertex per component: its turn stays 0
+};
+
+/// Edges of `rings`, and as root of every component its vertex of least `unrest` (V); within 1e-4
+/// of the least the lowest index.
+ConsistencyGraph consistency_graph(OneRings rings, const std::vector<double>& unrest);
+
+/// Energies Σ_edges |r_i - r_j|² of one shape.
+struct ConsistencySummary {
+    double principal_energy = 0;    // all turns 0
+    double propagation_energy = 0;  // each vertex nearest to its predecessor from the root
+    double energy = 0;              // the result, never above the two
+    double lower_bound = 0;         // no choice of turns has less; equals energy where proved
+    double largest_jump = 0;        // max |r_i - r_j| of the result, radians
+    bool relaxed = false;           // the relaxed problem had to be solved, too
+};
+
+/// Replaces principal logarithms r = ω θ (V) by ω (θ + 2π t), t integer, so that
+/// Σ_edges |r_i - r_j|² is small (method §1, consistency); the roots keep their principal one.
+/// Where θ is below 3e-5 a turn goes around the axis that the neighbours have.
+ConsistencySummary make_consistent(const ConsistencyGraph& graph,
+                                   std::vector<Eigen::Vector3d>& rotation_vectors);
+
+}  // namespace mscomp

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "deformation_gradient.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "mscomp/base/error.h"
+
+namespace mscomp {
+namespace {
+
+// Smallest to largest eigenvalue of M below which a ring spans less than space.
+constexpr double kDegenerate = 1e-13;
+
+Eigen::Matrix3d cofactor(const Eigen::Matrix3d& m) {
+    Eigen::Matrix3d result;
+    result.col(0) = m.col(1).cross(m.col(2));
+    result.col(1) = m.col(2).cross(m.col(0));
+    result.col(2) = m.col(0).cross(m.col(1));
+    return result;
+}
+
+}  // namespace
+
+DeformationGradients::DeformationGradients(const TriangleMesh& reference, EdgeWeights weights)
+    : reference_(reference),
+      rings_(one_rings_of_faces(reference.vertex_count(), reference.faces)),
+      normals_(ring_normals(reference.vertices, reference.faces, rings_)) {
+    EdgeWeightTable table = edge_weights(reference, rings_, weights);
+    weights_ = std::move(table.weights);
+    zero_area_faces_ = table.zero_area_faces;
+    if (zero_area_faces_.count == reference.face_count()) {
+        throw MeshError("the reference has no face with an area: features need a surface");
+    }
+    invert_moments();
+}
+
+void DeformationGradients::invert_moments() {
+    const std::size_t count = reference_.vertices.size();
+    inverse_moments_.assign(count, Eigen::Matrix3d::Zero());
+    usable_.assign(count, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (rings_.degree(static_cast<int>(i)) == 0) {
+            isolated_.add(static_cast<int>(i));
+            continue;
+        }
+        const Eigen::Vector3d pseudo_edge = normals_.height[i] * normals_.normal[i];
+        Eigen::Matrix3d moment = pseudo_edge * pseudo_edge.transpose();
+        for (int at = rings_.offsets[i]; at < rings_.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const Eigen::Vector3d edge =
+                as_vector(reference_.vertices[static_cast<std::size_t>(rings_.neighbors[k])]) -
+                as_vector(reference_.vertices[i]);
+            moment += weights_[k] * edge * edge.transpose();
+        }
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(moment);
+        const Eigen::Vector3d& values = eigen.eigenvalues();
+        if (!(values[0] > kDegenerate * values[2])) {
+            degenerate_.add(static_cast<int>(i));
+            continue;
+        }
+        usable_[i] = 1;
+        inverse_moments_[i] = eigen.eigenvectors() * values.cwiseInverse().asDiagonal() *
+                              eigen.eigenvectors().transpose();
+    }
+}
+
+Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
+                                                    const std::vector<Point>& shape,
+                                                    const RingNormals& normals) const {
+    Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
+        const auto k = static_cast<std::size_t>(at);
+        const auto j = static_cast<std::size_t>(rings_.neighbors[k]);
+        const Eigen::Vector3d before =
+            as_vector(reference_.vertices[j]) - as_vector(reference_.vertices[vertex]);
+        const Eigen::Vector3d after = as_vector(shape[j]) - as_vector(shape[vertex]);
+        moment += (weights_[k] * after) * before.transpose();
+    }
+    const Eigen::Vector3d& n = normals_.normal[vertex];
+    Eigen::Vector3d image = normals.normal[vertex];
+    // det(A + s w nᵀ) = det A + s nᵀ adj(A) w: the free sign is the one with the larger value.
+    if ((normals_.folded[vertex] != 0 || normals.folded[vertex] != 0) &&
+        image.dot(cofactor(moment) * n) < 0) {
+        image = -image;
+    }
+    moment += (normals.height[vertex] * normals_.height[vertex]) * image * n.transpose();
+    return moment * inverse_moments_[vertex];
+}
+
+Eigen::Matrix3d DeformationGradients::mean_of_neighbors(
+    std::size_t vertex, const std::vector<Eigen::Matrix3d>& gradients) const {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    int count = 0;
+    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
+        const auto j = static_cast<std::size_t>(rings_.neighbors[static_cast<std::size_t>(at)]);
+        if (usable_[j] == 0) continue;
+        sum += gradients[j];
+        ++count;
+    }
+    return count > 0 ? Eigen::Matrix3d(sum / count) : Eigen::Matrix3d::Identity();
+}
+
+DeformationGradients::Result DeformationGradients::compute(const std::vector<Point>& shape) const {
+    const RingNormals normals = ring_normals(shape, reference_.faces, rings_);
+    Result result;
+    result.zero_area_faces = normals.zero_area_faces;
+    result.folded_rings = normals.folded_rings;
+    result.gradients.assign(shape.size(), Eigen::Matrix3d::Identity());
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        if (usable_[i] != 0) result.gradients[i] = ring_gradient(i, shape, normals);
+    }
+    if (degenerate_.count == 0) return result;
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        if (usable_[i] == 0) result.gradients[i] = mean_of_neighbors(i, result.gradients);
+    }
+    return result;
+}
+
+}  // namespace mscomp

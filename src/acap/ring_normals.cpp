@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "ring_normals.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace mscomp {
+namespace {
+
+constexpr double kHeightFactor = 0.3;
+// A sum below this share of the number of faces is rounding of the file, not a direction.
+constexpr double kCancelled = 1e-4;
+
+Eigen::Vector3d least_spread(const std::vector<Point>& points, const OneRings& rings,
+                             std::size_t vertex, double length) {
+    if (!(length > 0)) return Eigen::Vector3d::UnitZ();
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
+        const auto j = static_cast<std::size_t>(rings.neighbors[static_cast<std::size_t>(at)]);
+        const Eigen::Vector3d edge = (as_vector(points[j]) - as_vector(points[vertex])) / length;
+        spread += edge * edge.transpose();
+    }
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
+}
+
+double mean_edge_length(const std::vector<Point>& points, const OneRings& rings,
+                        std::size_t vertex) {
+    double sum = 0;
+    for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
+        const auto j = static_cast<std::size_t>(rings.neighbors[static_cast<std::size_t>(at)]);
+        sum += (as_vector(points[j]) - as_vector(points[vertex])).norm();
+    }
+    const int degree = rings.offsets[vertex + 1] - rings.offsets[vertex];
+    return degree > 0 ? sum / degree : 0.0;
+}
+
+}  // namespace
+
+RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Face>& faces,
+                         const OneRings& rings) {
+    const std::size_t count = points.size();
+    RingNormals result;
+    result.normal.assign(count, Eigen::Vector3d::Zero());
+    result.height.assign(count, 0.0);
+    result.folded.assign(count, 0);
+    std::vector<int> face_count(count, 0);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        const auto normal = face_normal(points, faces[f]);
+        if (!normal) {
+            result.zero_area_faces.add(static_cast<int>(f));
+            continue;
+        }
+        for (const int corner : faces[f]) {
+            result.normal[static_cast<std::size_t>(corner)] += *normal;
+            ++face_count[static_cast<std::size_t>(corner)];
+        }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        if (rings.degree(static_cast<int>(i)) == 0) continue;
+        const double length = mean_edge_length(points, rings, i);
+        result.height[i] = kHeightFactor * length;
+        const double sum = result.normal[i].norm();
+        if (sum > kCancelled * face_count[i]) {
+            result.normal[i] /= sum;
+        } else {
+            result.normal[i] = least_spread(points, rings, i, length);
+            result.folded[i] = 1;
+            result.folded_rings.add(static_cast<int>(i));
+        }
+    }
+    return result;
+}
+
+}  // namespace mscomp

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "edge_weights.h"
+
+namespace mscomp {
+
+/// The pseudo-edge of every vertex: direction and length (method §1, deformation gradient).
+struct RingNormals {
+    std::vector<Eigen::Vector3d> normal;  // (V) unit; zero at isolated vertices
+    std::vector<double> height;           // (V) 0.3 x mean edge length of the ring
+    std::vector<char> folded;             // (V) face normals cancel: the sign of `normal` is free
+    Occurrences zero_area_faces;          // by face
+    Occurrences folded_rings;             // by vertex
+};
+
+/// Normalised sums of the unit normals of the faces around every vertex; where they cancel, the
+/// direction in which the ring spreads least.
+RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Face>& faces,
+                         const OneRings& rings);
+
+}  // namespace mscomp

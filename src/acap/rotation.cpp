@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#include "rotation.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace mscomp {
+
+Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& rotation_vector) {
+    const double half = 0.5 * rotation_vector.norm();
+    // sin(x)/x is 1 to rounding below 1e-8; above, the quotient is accurate.
+    const double half_sinc = half > 1e-8 ? 0.5 * std::sin(half) / half : 0.5;
+    const Eigen::Vector3d v = half_sinc * rotation_vector;
+    return Eigen::Quaterniond(std::cos(half), v.x(), v.y(), v.z()).toRotationMatrix();
+}
+
+Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation) {
+    Eigen::Quaterniond q(rotation);
+    q.normalize();
+    if (q.w() < 0) q.coeffs() = -q.coeffs();
+    const double sine = q.vec().norm();
+    if (!(sine > 0)) return Eigen::Vector3d::Zero();
+    return (2 * std::atan2(sine, q.w()) / sine) * q.vec();
+}
+
+Eigen::Matrix3d gradient_of_feature(std::span<const float, 9> feature) {
+    const auto at = [&](std::size_t channel) { return static_cast<double>(feature[channel]); };
+    Eigen::Matrix3d stretch;
+    stretch << at(3), at(4), at(5),  //
+        at(4), at(6), at(7),         //
+        at(5), at(7), at(8);
+    return rotation_exp({at(0), at(1), at(2)}) * stretch;
+}
+
+}  // namespace mscomp

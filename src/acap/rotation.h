@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+namespace mscomp {
+
+/// Rotation by |r| radians about r: exp of the skew matrix of r. Exact near r = 0 and of any
+/// length.
+Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& rotation_vector);
+
+/// Principal logarithm of a proper rotation, length in [0, π], through the unit quaternion, hence
+/// accurate near 0 and near π; at π the sign of the axis is arbitrary.
+Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);
+
+/// T = exp(r) S of one ACAP feature (9).
+Eigen::Matrix3d gradient_of_feature(std::span<const float, 9> feature);
+
+}  // namespace mscomp
