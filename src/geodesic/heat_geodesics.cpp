@@ -20,37 +20,79 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Heat put into the source: far up in the range of double, so that it can fade for longer.
 constexpr double kSourceHeat = 1e200;
+/// Cotangent weights are raised to this in the heat step: with a negative one heat may change sign,
+/// and then distances are wrong by half. The energy of the Poisson step is a sum of energies >= 0
+/// whatever the signs and needs no such thing.
+constexpr double kSmallestHeatWeight = 1e-3;
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-/// mass_factor * M + laplacian_factor * L; rows with `fixed` set become those of the identity.
-SparseMatrix assemble(const IntrinsicTriangles& surface, double mass_factor,
-                      double laplacian_factor, const std::vector<bool>& fixed) {
+/// One undirected edge and its cotangent weight.
+struct Edge {
+    int i = 0, j = 0;
+    double weight = 0;
+};
+
+std::vector<Edge> cotangent_edges(const IntrinsicTriangles& surface) {
+    std::vector<Edge> edges;
+    edges.reserve(surface.triangles.size() * 3);
+    for (const FlatTriangle& triangle : surface.triangles) {
+        const std::array<double, 3> cotangents = triangle.cotangents();
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [i, j] =
+                std::minmax(triangle.corners[(k + 1) % 3], triangle.corners[(k + 2) % 3]);
+            edges.push_back({i, j, 0.5 * cotangents[k]});
+        }
+    }
+    std::stable_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+        return a.i != b.i ? a.i < b.i : a.j < b.j;
+    });
+    std::size_t count = 0;
+    for (const Edge& edge : edges) {
+        if (count > 0 && edges[count - 1].i == edge.i && edges[count - 1].j == edge.j) {
+            edges[count - 1].weight += edge.weight;
+        } else {
+            edges[count++] = edge;
+        }
+    }
+    edges.resize(count);
+    return edges;
+}
+
+/// diagonal + sum of the edges' weights; rows with `fixed` set become those of the identity.
+SparseMatrix assemble(const std::vector<double>& diagonal, const std::vector<Edge>& edges,
+                      const std::vector<bool>& fixed) {
     std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(surface.triangles.size() * 12 + fixed.size());
+    entries.reserve(edges.size() * 4 + fixed.size());
     const auto add = [&](int i, int j, double value) {
         if (fixed[static_cast<std::size_t>(i)] || fixed[static_cast<std::size_t>(j)]) return;
         entries.emplace_back(i, j, value);
     };
-    for (const FlatTriangle& triangle : surface.triangles) {
-        const std::array<double, 3> cotangents = triangle.cotangents();
-        for (std::size_t k = 0; k < 3; ++k) {
-            const int i = triangle.corners[(k + 1) % 3];
-            const int j = triangle.corners[(k + 2) % 3];
-            const double weight = laplacian_factor * 0.5 * cotangents[k];
-            add(triangle.corners[k], triangle.corners[k], mass_factor * triangle.area() / 3);
-            add(i, i, weight);
-            add(j, j, weight);
-            add(i, j, -weight);
-            add(j, i, -weight);
-        }
+    for (const Edge& edge : edges) {
+        add(edge.i, edge.i, edge.weight);
+        add(edge.j, edge.j, edge.weight);
+        add(edge.i, edge.j, -edge.weight);
+        add(edge.j, edge.i, -edge.weight);
     }
     for (std::size_t i = 0; i < fixed.size(); ++i) {
-        if (fixed[i]) entries.emplace_back(static_cast<int>(i), static_cast<int>(i), 1.0);
+        const int row = static_cast<int>(i);
+        entries.emplace_back(row, row, fixed[i] ? 1.0 : diagonal[i]);
     }
-    SparseMatrix matrix(surface.vertex_count, surface.vertex_count);
+    const auto size = static_cast<Eigen::Index>(fixed.size());
+    SparseMatrix matrix(size, size);
     matrix.setFromTriplets(entries.begin(), entries.end());
     return matrix;
+}
+
+SparseMatrix heat_matrix(const IntrinsicTriangles& surface, double time,
+                         const std::vector<bool>& lonely) {
+    std::vector<Edge> edges = cotangent_edges(surface);
+    for (Edge& edge : edges) edge.weight = time * std::max(edge.weight, kSmallestHeatWeight);
+    return assemble(lumped_mass(surface), edges, lonely);
+}
+
+SparseMatrix poisson_matrix(const IntrinsicTriangles& surface, const std::vector<bool>& anchored) {
+    return assemble(std::vector<double>(anchored.size(), 0.0), cotangent_edges(surface), anchored);
 }
 
 std::vector<bool> without_triangle(const IntrinsicTriangles& surface) {
@@ -105,8 +147,8 @@ struct HeatGeodesics::State {
         : surface(std::move(triangles)),
           lonely(without_triangle(surface)),
           anchored(anchors(surface, lonely)),
-          heat(assemble(surface, 1, time, lonely), "heat"),
-          poisson(assemble(surface, 0, 1, anchored), "Poisson") {}
+          heat(heat_matrix(surface, time, lonely), "heat"),
+          poisson(poisson_matrix(surface, anchored), "Poisson") {}
 
     /// Rows of up to kLanes source sets.
     void solve(std::span<const std::vector<int>> source_sets,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "intrinsic_delaunay.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
@@ -66,12 +67,6 @@ double mean_edge_length(const TriangleMesh& mesh, const OneRings& rings) {
     return count == 0 ? 0 : sum / static_cast<double>(count);
 }
 
-/// Edge lengths of a face; lengths[k] joins corners k and k + 1.
-struct EdgeLengths {
-    Face corners{};
-    std::array<double, 3> lengths{};
-};
-
 EdgeLengths longest_edge_first(const EdgeLengths& face) {
     const auto longest = static_cast<std::size_t>(
         std::max_element(face.lengths.begin(), face.lengths.end()) - face.lengths.begin());
@@ -81,15 +76,6 @@ EdgeLengths longest_edge_first(const EdgeLengths& face) {
         turned.lengths[k] = face.lengths[(k + longest) % 3];
     }
     return turned;
-}
-
-/// Heron's formula in Kahan's order, which keeps all digits of needle-shaped triangles.
-double area_of(const std::array<double, 3>& lengths) {
-    std::array<double, 3> s = lengths;
-    std::sort(s.begin(), s.end(), std::greater<>());
-    const auto& [a, b, c] = s;
-    const double product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
-    return 0.25 * std::sqrt(std::max(product, 0.0));
 }
 
 FlatTriangle lay_flat(const EdgeLengths& face) {
@@ -137,11 +123,12 @@ IntrinsicTriangles intrinsic_triangles(const TriangleMesh& mesh) {
         }
     }
     surface.added_length = mollification(edges);
-    surface.triangles.reserve(edges.size());
     for (EdgeLengths& face : edges) {
         for (double& length : face.lengths) length += surface.added_length;
-        surface.triangles.push_back(lay_flat(face));
     }
+    surface.flips = make_intrinsic_delaunay(edges);
+    surface.triangles.reserve(edges.size());
+    for (const EdgeLengths& face : edges) surface.triangles.push_back(lay_flat(face));
     return surface;
 }
 

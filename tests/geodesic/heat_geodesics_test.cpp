@@ -55,6 +55,17 @@ TriangleMesh beside(TriangleMesh first, const TriangleMesh& second) {
     return first;
 }
 
+/// A flat grid sheared by `shear` against its diagonals.
+TriangleMesh grid_with_long_diagonals(int columns, double shear) {
+    TriangleMesh mesh = shapes::grid(columns, columns);
+    for (Face& f : mesh.faces) {
+        const int a = *std::min_element(f.begin(), f.end());
+        f = f[1] == a + 1 ? Face{a, a + 1, a + columns} : Face{a + 1, a + columns + 1, a + columns};
+    }
+    for (Point& p : mesh.vertices) p[0] -= shear * p[1];
+    return mesh;
+}
+
 void expect_sound(const std::vector<double>& row, int source) {
     for (const double distance : row) EXPECT_TRUE(distance >= 0 && std::isfinite(distance));
     EXPECT_EQ(row[static_cast<std::size_t>(source)], 0);
@@ -83,6 +94,21 @@ TEST(HeatGeodesics, AreEuclideanOnAFlatGrid) {
     const int columns = 61;
     const TriangleMesh mesh = shapes::grid(columns, columns);
     EXPECT_TRUE(worst_error(mesh, 30 * columns + 30, euclidean) <= 0.03);
+}
+
+// Needles stay Euclidean: with the longer diagonal in every square, most triangles are obtuse.
+TEST(HeatGeodesics, StayEuclideanOnObtuseTriangles) {
+    const TriangleMesh mesh = grid_with_long_diagonals(41, 2.0);
+    EXPECT_TRUE(worst_error(mesh, 20 * 41 + 20, euclidean) <= 0.05);
+}
+
+// Where every edge has four triangles none can be flipped: heat stays positive all the same, so
+// that distances are off by a part of their size and not altogether wrong.
+TEST(HeatGeodesics, StayUsableWhereObtuseTrianglesAreNotManifold) {
+    TriangleMesh mesh = grid_with_long_diagonals(41, 1.0);
+    const std::vector<Face> once = mesh.faces;
+    mesh.faces.insert(mesh.faces.end(), once.begin(), once.end());
+    EXPECT_TRUE(worst_error(mesh, 20 * 41 + 20, euclidean) <= 0.35);
 }
 
 // On a cylinder unrolled: hypot(arc, height).

@@ -14,9 +14,11 @@ namespace mscomp {
 /// kept, in the unit of the mesh:
 ///   (M + t L) u = delta_source,   X = -grad u / |grad u| per face,   L phi = div X,
 /// with the cotangent Laplacian L and the lumped mass M of IntrinsicTriangles and
-/// t = time_factor * (mean edge length)^2. Distances are phi - phi(source), clamped to >= 0; they
-/// are infinite in another connected component. Works on any connectivity, non-manifold included,
-/// and on zero-area faces and isolated vertices. Scaling the mesh scales the distances.
+/// t = time_factor * (mean edge length)^2. The triangles are flipped to be intrinsically Delaunay
+/// first; weights that are negative nevertheless (non-manifold edges) are raised to 1e-3 in the
+/// first equation only. Distances are phi - phi(source), clamped to >= 0; they are infinite in
+/// another connected component. Works on any connectivity, non-manifold included, and on zero-area
+/// faces and isolated vertices. Scaling the mesh scales the distances.
 ///
 /// Limit: heat fades by a factor e per edge length, so that beyond about 1,100 edges from the
 /// source (time_factor 1) it underflows and distances stop growing.

@@ -27,13 +27,16 @@ struct FlatTriangle {
 /// Faces with a vertex twice are left out. Where two edges of a face together do not exceed the
 /// third by 1e-5 (zero area, coinciding vertices), one small length of about that size is added to
 /// *all* edges of the mesh (intrinsic mollification, Sharp and Crane 2020), after which every
-/// triangle has an area. A sound mesh is not changed. Cotangents are not clamped at zero: the
-/// energy of each flat triangle is >= 0 whatever its angles, hence so is their sum, and clamping
-/// would cost linear precision.
+/// triangle has an area; a sound mesh is not changed. Then edges are flipped within the surface
+/// until it is intrinsically Delaunay (Bobenko and Springborn 2007): the surface is the same in
+/// every point, but no cotangent weight is negative any more, so that heat stays positive on the
+/// obtuse triangles of scans. Only edges that are not manifold, or join triangles of opposite
+/// orientation, may keep a negative weight.
 struct IntrinsicTriangles {
     int vertex_count = 0;
     double mean_edge_length = 0;          // in mesh units; 0 if there is no edge of positive length
     double added_length = 0;              // what mollification added, in mean edge lengths
+    long flips = 0;                       // edges flipped to become Delaunay
     std::vector<FlatTriangle> triangles;  // empty if mean_edge_length is 0
     std::vector<int> component;           // (V) connected component by the faces that count
 };
