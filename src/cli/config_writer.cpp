@@ -33,14 +33,18 @@ bool is_plain_path(const std::string& text) {
            std::all_of(text.begin(), text.end(), is_harmless);
 }
 
+// A JSON string is a YAML one.
+std::string quoted(const std::string& text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 struct ValueText {
     std::string operator()(const bool* field) const { return *field ? "true" : "false"; }
     std::string operator()(const int* field) const { return fmt::format("{}", *field); }
     std::string operator()(const std::uint64_t* field) const { return fmt::format("{}", *field); }
     std::string operator()(const double* field) const { return number_text(*field); }
-    // A JSON string is a YAML one.
     std::string operator()(const std::string* field) const {
-        return is_plain_path(*field) ? *field : nlohmann::json(*field).dump();
+        return is_plain_path(*field) ? *field : quoted(*field);
     }
     std::string operator()(const Choice& field) const { return field.names[field.get()]; }
     std::string operator()(const std::optional<nn::SparsityRamp>* field) const {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mscomp/cli/program.h"
+
+namespace CLI {
+class App;
+}
+
+namespace mscomp {
+
+struct ExtractCommand {
+    std::vector<std::string> inputs;
+    std::string list;  // a file that names the inputs, one per line, in its order
+    std::string output;
+    std::string reference = "0";  // index of a shape, or a mesh file
+    std::string weights = "cotangent";
+    bool align = true;
+    CommonOptions common;
+};
+void setup_extract(CLI::App& app);
+void run_extract(const ExtractCommand& options);
+
+struct ReconstructCommand {
+    std::string features;
+    std::string output;
+    std::string solver = "poisson";
+    std::string frames = ":";
+    std::string format = "obj";
+    bool keep_aligned = false;
+    CommonOptions common;
+};
+void setup_reconstruct(CLI::App& app);
+void run_reconstruct(const ReconstructCommand& options);
+
+struct InfoCommand {
+    std::string features;
+    CommonOptions common;
+};
+void setup_info(CLI::App& app);
+void run_info(const InfoCommand& options);
+
+struct GenerateCommand {
+    std::string name;
+    std::string output;
+    int frames = 60;
+    std::uint64_t seed = 0;
+    int vertices = 3000;
+    CommonOptions common;
+};
+void setup_generate(CLI::App& app);
+void run_generate(const GenerateCommand& options);
+
+}  // namespace mscomp

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <sstream>
+
+#include "acapfeat_commands.h"
+#include "mscomp/acap/extract.h"
+#include "mscomp/acap/feature_file.h"
+#include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/cli/interrupt.h"
+#include "mscomp/cli/outputs.h"
+#include "mscomp/cli/progress.h"
+#include "mscomp/cli/split.h"
+
+namespace mscomp {
+namespace {
+
+std::vector<std::string> listed_inputs(const std::string& list) {
+    const std::string folder = std::filesystem::path(list).parent_path().string();
+    std::vector<std::string> paths;
+    std::istringstream lines(read_file(list));
+    std::string line;
+    for (std::int64_t number = 1; std::getline(lines, line); ++number) {
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        if (line.empty()) continue;
+        paths.push_back(path_from(folder, line));
+        if (!std::filesystem::exists(paths.back())) {
+            throw IoError(paths.back(), fmt::format("no such file, named in {}:{}", list, number));
+        }
+    }
+    if (paths.empty()) throw InputError({list}, "names no file; wanted one mesh file per line");
+    return paths;
+}
+
+std::vector<std::string> input_paths(const ExtractCommand& options) {
+    if (options.inputs.empty() == options.list.empty()) {
+        throw UsageError("wanted meshes: either INPUT... or --list FILE");
+    }
+    return options.list.empty() ? expand_inputs(options.inputs) : listed_inputs(options.list);
+}
+
+struct Input {
+    MeshSequence sequence;
+    std::vector<Point> reference;
+};
+
+Input read_input(const ExtractCommand& options) {
+    std::vector<std::string> paths = input_paths(options);
+    const std::string& text = options.reference;
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+    if (error == std::errc{} && end == text.data() + text.size()) {
+        if (index >= paths.size()) {
+            throw UsageError(fmt::format("--reference: got {}, but there are {} shapes, from 0 on",
+                                         index, paths.size()));
+        }
+        Input input{read_sequence(paths), {}};
+        input.reference = input.sequence.shapes[index];
+        return input;
+    }
+    // Read as the first of the sequence, the reference file sets the connectivity for all.
+    paths.insert(paths.begin(), text);
+    Input input{read_sequence(paths), {}};
+    input.reference = std::move(input.sequence.shapes.front());
+    input.sequence.shapes.erase(input.sequence.shapes.begin());
+    input.sequence.names.erase(input.sequence.names.begin());
+    return input;
+}
+
+void print_summary(const FeatureSet& set, const ExtractCommand& options) {
+    const double energy =
+        std::accumulate(set.consistency_energy.begin(), set.consistency_energy.end(), 0.0);
+    const double jump = set.largest_jump.empty()
+                            ? 0.0
+                            : *std::max_element(set.largest_jump.begin(), set.largest_jump.end());
+    if (options.common.json) {
+        const nlohmann::ordered_json summary{
+            {"file", options.output},         {"shapes", set.shape_count()},
+            {"vertices", set.vertex_count()}, {"faces", set.reference.face_count()},
+            {"weights", set.weights},         {"aligned", options.align},
+            {"consistency_energy", energy},   {"largest_jump", jump},
+            {"warnings", set.warnings}};
+        fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        return;
+    }
+    fmt::print("{}: {} shapes, {} vertices, {} faces\n", options.output, set.shape_count(),
+               set.vertex_count(), set.reference.face_count());
+    fmt::print("consistency energy {:.6g} in all, largest jump across an edge {:.4g} rad\n", energy,
+               jump);
+    if (options.common.quiet) return;
+    for (const std::string& warning : set.warnings) {
+        fmt::print(stderr, "acapfeat: warning: {}\n", warning);
+    }
+}
+
+}  // namespace
+
+void setup_extract(CLI::App& app) {
+    const auto options = std::make_shared<ExtractCommand>();
+    CLI::App* command =
+        app.add_subcommand("extract", "ACAP features of meshes of one connectivity");
+    command->add_option("INPUT", options->inputs,
+                        "Mesh files, folders or quoted globs; used in natural order");
+    command->add_option("--list", options->list,
+                        "File naming the meshes in order, one per line, relative to its folder");
+    command->add_option("-o,--output", options->output, "Feature file to write")->required();
+    command
+        ->add_option("--reference", options->reference,
+                     "Reference shape: index from 0, or a mesh file")
+        ->capture_default_str();
+    command->add_option("--weights", options->weights, "Edge weights")
+        ->check(CLI::IsMember({"cotangent", "authors", "uniform"}))
+        ->capture_default_str();
+    command->add_flag_callback(
+        "--no-align", [options] { options->align = false; },
+        "Keep the input where it is instead of moving each shape to the reference");
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_json(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "acapfeat extract swing/*.obj -o swing.safetensors --reference 0");
+    command->callback([options] { run_extract(*options); });
+}
+
+void run_extract(const ExtractCommand& options) {
+    require_free_file(options.output, options.common.force);
+    const ExtractOptions extraction{parse_edge_weights(options.weights), options.align};
+    const Input input = read_input(options);
+    const std::string_view interrupted_message = "interrupted; nothing was written";
+    throw_if_interrupted(interrupted_message);
+    Progress progress("extract", input.sequence.shape_count(),
+                      progress_options(options.common.quiet));
+    const FeatureSet set =
+        extract_features(input.sequence, input.reference, extraction, [&](int done, int) {
+            throw_if_interrupted(interrupted_message);
+            progress.update(done);
+        });
+    write_features(options.output, set);
+    print_summary(set, options);
+}
+
+}  // namespace mscomp
