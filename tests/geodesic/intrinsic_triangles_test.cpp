@@ -43,9 +43,34 @@ TriangleMesh blade(int levels, double length, double thickness) {
     return mesh;
 }
 
-/// Both sides of one obtuse triangle, sewn together along its edges: once flipped, its triangles
-/// neighbour themselves.
-TriangleMesh pillow() { return {{{-2, 0, 0}, {2, 0, 0}, {0.3, 0.2, 0}}, {{0, 1, 2}, {0, 2, 1}}}; }
+/// Both sides of a flat strip of obtuse triangles, sewn together along the rim: once flipped,
+/// triangles neighbour themselves.
+TriangleMesh pillow() {
+    TriangleMesh mesh;
+    mesh.vertices = {{-4, 0, 0}, {4, 0, 0}, {3, 0.5, 0}, {1, 0.9, 0}, {-1, 0.8, 0}, {-3, 0.3, 0}};
+    mesh.faces = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5},   // above
+                  {1, 3, 2}, {1, 4, 3}, {1, 5, 4}, {1, 0, 5}};  // below
+    return mesh;
+}
+
+/// (V) sum of the angles of all triangles at each vertex.
+std::vector<double> angle_sums(const IntrinsicTriangles& surface) {
+    std::vector<double> sums(static_cast<std::size_t>(surface.vertex_count), 0.0);
+    for (const FlatTriangle& triangle : surface.triangles) {
+        const std::array<double, 3> cotangents = triangle.cotangents();
+        for (std::size_t k = 0; k < 3; ++k) {
+            sums[static_cast<std::size_t>(triangle.corners[k])] += std::atan2(1, cotangents[k]);
+        }
+    }
+    return sums;
+}
+
+double angle_at(const Point& p, const Point& q, const Point& r) {
+    const Point u{q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+    const Point v{r[0] - p[0], r[1] - p[1], r[2] - p[2]};
+    const double dot = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    return std::acos(dot / (std::hypot(u[0], u[1], u[2]) * std::hypot(v[0], v[1], v[2])));
+}
 
 double total(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0);
@@ -141,6 +166,24 @@ TEST(IntrinsicTriangles, KeepTheArea) {
         const double unit = surface.mean_edge_length;
         const double area = total(lumped_mass(surface)) * unit * unit;
         EXPECT_NEAR(area / surface_area(mesh), 1, 1e-11);
+    }
+}
+
+// Curvature is intrinsic: the angles around each vertex sum to what they did in the mesh.
+TEST(IntrinsicTriangles, KeepTheAnglesAroundEveryVertex) {
+    for (const TriangleMesh& mesh : {blade(2, 3, 0.1), pillow(), sheared_grid(12, 9)}) {
+        std::vector<double> truth(mesh.vertices.size(), 0.0);
+        for (const Face& face : mesh.faces) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto at = [&](std::size_t corner) {
+                    return static_cast<std::size_t>(face[corner % 3]);
+                };
+                truth[at(k)] += angle_at(mesh.vertices[at(k)], mesh.vertices[at(k + 1)],
+                                         mesh.vertices[at(k + 2)]);
+            }
+        }
+        const std::vector<double> sums = angle_sums(intrinsic_triangles(mesh));
+        for (std::size_t i = 0; i < sums.size(); ++i) EXPECT_NEAR(sums[i], truth[i], 1e-9);
     }
 }
 
