@@ -25,8 +25,6 @@ static_assert(std::endian::native == std::endian::little, "files are little-endi
 
 namespace {
 
-std::string hash_of(std::uint64_t value) { return fmt::format("{:016x}", value); }
-
 /// Largest items first: every tensor then starts at a multiple of its own item size.
 std::vector<std::size_t> aligned_order(const std::vector<std::size_t>& item_sizes) {
     std::vector<std::size_t> order(item_sizes.size());
@@ -86,7 +84,7 @@ void SafetensorsWriter::write(const std::string& path) const {
         offset += entry.data.size();
         if (!entry.data.empty()) XXH3_64bits_update(&hash, entry.data.data(), entry.data.size());
     }
-    header.metadata[std::string(kHashKey)] = hash_of(XXH3_64bits_digest(&hash));
+    header.metadata[kHashKey] = fmt::format("{:016x}", XXH3_64bits_digest(&hash));
 
     AtomicFile file(path);
     file.write(header_text(header));
@@ -127,8 +125,7 @@ SafetensorsFile::SafetensorsFile(const std::string& path)
     SafetensorsHeader header = parse_header(mapping_->file.bytes(), path);
     const std::span<const std::byte> data = mapping_->file.bytes().subspan(header.data_begin);
     const auto hash = header.metadata.find(kHashKey);
-    if (hash != header.metadata.end() &&
-        hash->second != hash_of(XXH3_64bits(data.data(), data.size()))) {
+    if (hash != header.metadata.end() && hash->second != hash_of(data)) {
         throw InputError({path},
                          "the data do not match their checksum; the file was altered or "
                          "damaged after it was written");

@@ -13,6 +13,9 @@
 #include <utility>
 #include <vector>
 
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 #include "mscomp/base/error.h"
 
 namespace mscomp {
@@ -65,6 +68,10 @@ class DuplicateKeys {
 };
 
 Json parse_object(std::string_view text, const std::string& path) {
+    // The parser takes a zero byte for the end of its input.
+    if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
+        throw InputError({path}, fmt::format("the header is not JSON, at its byte {}", zero + 1));
+    }
     DuplicateKeys duplicates;
     Json header;
     try {
@@ -82,6 +89,26 @@ Json parse_object(std::string_view text, const std::string& path) {
         throw InputError({path}, fmt::format("the header names '{}' twice", *duplicates.first()));
     }
     return header;
+}
+
+/// The same for every way of writing the same JSON.
+std::string canonical_text(const Json& header) {
+    // File names need not be UTF-8, JSON must be.
+    return header.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string hash_of_text(const std::string& text) {
+    return hash_of(std::as_bytes(std::span<const char>(text)));
+}
+
+void check_header_hash(Json header, const Metadata& metadata, const std::string& path) {
+    const auto hash = metadata.find(kHeaderHashKey);
+    if (hash == metadata.end()) return;
+    header[kMetadataKey].erase(kHeaderHashKey);
+    if (hash->second == hash_of_text(canonical_text(header))) return;
+    throw InputError({path},
+                     "the header does not match its checksum; the file was altered or "
+                     "damaged after it was written");
 }
 
 Metadata read_metadata(const Json& object, const std::string& path) {
@@ -197,6 +224,10 @@ void check_no_hole_or_overlap(const SafetensorsHeader& header, std::uint64_t dat
 
 }  // namespace
 
+std::string hash_of(std::span<const std::byte> bytes) {
+    return fmt::format("{:016x}", XXH3_64bits(bytes.data(), bytes.size()));
+}
+
 std::string_view name_of(DataType type) {
     for (const auto& [known, name] : kTypes) {
         if (known == type) return name;
@@ -232,8 +263,9 @@ std::string header_text(const SafetensorsHeader& header) {
                       {"shape", tensor.shape},
                       {"data_offsets", {tensor.begin, tensor.end}}};
     }
-    // File names need not be UTF-8, JSON must be.
-    std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    json = Json::parse(canonical_text(json));
+    json[kMetadataKey][kHeaderHashKey] = hash_of_text(canonical_text(json));
+    std::string text = canonical_text(json);
     text.append((kLengthBytes - text.size() % kLengthBytes) % kLengthBytes, ' ');
     const std::uint64_t length = text.size();
     std::string bytes(kLengthBytes, '\0');
@@ -256,6 +288,7 @@ SafetensorsHeader parse_header(std::span<const std::byte> bytes, const std::stri
         }
     }
     check_no_hole_or_overlap(header, data_size, path);
+    check_header_hash(json, header.metadata, path);
     return header;
 }
 

@@ -12,7 +12,12 @@
 
 namespace mscomp {
 
+// Metadata: XXH3-64 of the data, and of the header without this second entry.
 inline constexpr const char* kHashKey = "xxh3";
+inline constexpr const char* kHeaderHashKey = "xxh3_header";
+
+/// As 16 hex digits.
+std::string hash_of(std::span<const std::byte> bytes);
 
 /// What stands before the data of a safetensors file.
 struct SafetensorsHeader {
@@ -33,10 +38,11 @@ std::string shape_text(const Shape& shape);
 /// Product of the shape times the item size; none if a length is negative or the product too large.
 std::optional<std::uint64_t> byte_count(DataType type, const Shape& shape);
 
-/// Length, JSON and padding, a multiple of 8 bytes.
+/// Length, JSON (with its own hash added) and padding, a multiple of 8 bytes.
 std::string header_text(const SafetensorsHeader& header);
 /// Reads and checks the header of the whole file `bytes`: the tensors lie within the data, fill it
-/// without hole or overlap, and their sizes are those of their shapes. Throws InputError.
+/// without hole or overlap, their sizes are those of their shapes, and the header's hash is right
+/// where there is one. Throws InputError.
 SafetensorsHeader parse_header(std::span<const std::byte> bytes, const std::string& path);
 
 }  // namespace mscomp

@@ -21,7 +21,8 @@ TEST(CounterRandom, IsAFunctionOfSeedStreamAndIndex) {
     EXPECT_NE(CounterRandom(3, 4).bits(5), CounterRandom(4, 4).bits(5));
 }
 
-// The sample mean of n standard normals lies within 5/sqrt(n) of 0, the variance within 5 sqrt(2/n) of 1.
+// The sample mean of n standard normals lies within 5/sqrt(n) of 0, the variance within 5 sqrt(2/n)
+// of 1.
 TEST(CounterRandom, NormalHasMeanZeroAndVarianceOne) {
     const CounterRandom random(1, 0);
     const int count = 20000;

@@ -45,8 +45,8 @@ using Metadata = std::map<std::string, std::string>;
 
 /// Writes a safetensors file (8-byte length, JSON header padded to 8, raw little-endian data) as
 /// one atomic step: add what it shall hold (borrowed until write), then write. The metadata always
-/// get "xxh3", the XXH3-64 of the data part as 16 hex digits, and the file is read back and checked
-/// before it takes its name.
+/// get "xxh3", the XXH3-64 of the data part as 16 hex digits, and "xxh3_header", that of the header
+/// without this entry; the file is read back and checked before it takes its name.
 class SafetensorsWriter {
   public:
     template <class T>
@@ -73,7 +73,7 @@ class SafetensorsWriter {
 
 /// A safetensors file, memory-mapped and strictly checked: lengths and ranges against the real file
 /// before anything is allocated, no overlap, no holes, known types, overflow-checked shapes, and
-/// the "xxh3" of the data wherever the metadata have one.
+/// both hashes wherever the metadata have them.
 class SafetensorsFile {
   public:
     /// Throws IoError (cannot be read) or InputError (not a sound safetensors file, says what and
