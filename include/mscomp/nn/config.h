@@ -8,8 +8,8 @@
 
 namespace mscomp::nn {
 
-/// Weights of the group sparsity by normalised geodesic distance: a clipped ramp from 0 at `from` to
-/// 1 at `to` (the AAAI-18 predecessor), instead of the step at the sparsity range.
+/// Weights of the group sparsity by normalised geodesic distance: a clipped ramp from 0 at `from`
+/// to 1 at `to` (the AAAI-18 predecessor), instead of the step at the sparsity range.
 struct SparsityRamp {
     double from = 0.2;
     double to = 0.4;
@@ -83,7 +83,8 @@ struct TrainConfig {
 struct FilterConfig {
     double minimum_strength = 0.01;    // epsilon_2
     double relative_threshold = 0.01;  // epsilon_1 as a fraction of the component's peak
-    double absolute_threshold = 0.0;   // epsilon_1 itself; > 0 replaces the relative one (paper: 1e-6)
+    double absolute_threshold =
+        0.0;  // epsilon_1 itself; > 0 replaces the relative one (paper: 1e-6)
 };
 
 struct Config {

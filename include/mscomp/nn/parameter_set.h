@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mscomp/nn/aligned.h"
+
+namespace mscomp::nn {
+
+using Extents = std::vector<std::int64_t>;
+std::int64_t element_count(const Extents& extents);
+
+/// All parameters of a model, their gradients and Adam's two moments: one allocation each, so that
+/// saving, zeroing and updating are loops. Entries are named and start on cache lines.
+template <class T>
+class ParameterSet {
+  public:
+    struct Entry {
+        std::string name;
+        Extents extents;
+        std::int64_t offset;  // into each allocation
+        std::int64_t count;
+    };
+
+    /// Adds a zero-filled parameter and returns its index. Spans taken before become invalid.
+    int add(std::string name, Extents extents);
+
+    int count() const { return static_cast<int>(entries_.size()); }
+    const Entry& entry(int index) const { return entries_[static_cast<std::size_t>(index)]; }
+    /// Index of `name`, -1 if there is none.
+    int find(std::string_view name) const;
+
+    std::span<T> value(int index) { return slice(values_, index); }
+    std::span<const T> value(int index) const { return slice(values_, index); }
+    std::span<T> grad(int index) { return slice(grads_, index); }
+    std::span<T> moment1(int index) { return slice(moments1_, index); }
+    std::span<const T> moment1(int index) const { return slice(moments1_, index); }
+    std::span<T> moment2(int index) { return slice(moments2_, index); }
+    std::span<const T> moment2(int index) const { return slice(moments2_, index); }
+
+    /// The whole allocations (alignment gaps are zero and stay zero).
+    std::span<T> all_values() { return values_; }
+    std::span<T> all_grads() { return grads_; }
+    std::span<T> all_moments1() { return moments1_; }
+    std::span<T> all_moments2() { return moments2_; }
+    void zero_grad();
+
+  private:
+    template <class Vector>
+    auto slice(Vector& all, int index) const {
+        const Entry& e = entry(index);
+        return std::span(all).subspan(static_cast<std::size_t>(e.offset),
+                                      static_cast<std::size_t>(e.count));
+    }
+
+    std::vector<Entry> entries_;
+    AlignedVector<T> values_, grads_, moments1_, moments2_;
+};
+
+}  // namespace mscomp::nn

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mscomp/base/distance_rows.h"
+#include "mscomp/base/mesh_data.h"
+#include "mscomp/nn/config.h"
+#include "mscomp/nn/ops.h"
+#include "mscomp/nn/parameter_set.h"
+#include "mscomp/nn/tape.h"
+#include "mscomp/nn/vertex_order.h"
+
+namespace mscomp::nn {
+
+/// Loss terms of one autoencoder, before their weights.
+struct AutoencoderTerms {
+    double reconstruction = 0;
+    double sparsity = 0;
+    double range = 0;
+};
+
+/// The stacked attention autoencoders of [A]: level 0 has one autoencoder, every further level one
+/// per component of the level before (one per autoencoder without attention). Child number = parent
+/// number * components + component. All arrays that come in or go out are in the vertex order of
+/// the user; inside, vertices are in reverse Cuthill-McKee order.
+template <class T>
+class StackedModel {
+  public:
+    struct Options {
+        int batch = 256;                 // most shapes of a forward pass
+        bool sparsity_gradient = false;  // false where the proximal step handles sparsity
+        bool input_gradient = false;     // for checks
+    };
+    /// What one level consists of. Parameters are named level<l>.<what>.
+    struct Level {
+        int autoencoders = 1;
+        int components = 0;
+        SparsityRange range;
+        int w_own = -1, w_ring = -1, bias = -1;       // convolution of the encoder
+        int decoder_w_own = -1, decoder_w_ring = -1;  // equal to these unless tied: none
+        int decoder_bias = -1;
+        int weights = -1;  // C (A,K,V,9)
+        Var x, code, output, mask, reconstruction, sparsity, range_penalty;
+    };
+
+    StackedModel(const ModelConfig& config, const LossConfig& loss, const OneRings& rings,
+                 DistanceRows& distances, const Options& options);
+
+    const ModelConfig& config() const { return config_; }
+    const VertexOrder& order() const { return order_; }
+    ParameterSet<T>& parameters() { return parameters_; }
+    Tape<T>& tape() { return tape_; }
+    const std::vector<Level>& levels() const { return levels_; }
+    /// Distances in inner numbering, for starts and proximal steps.
+    DistanceRows& inner_distances() { return inner_distances_; }
+    int vertex_count() const { return order_.vertex_count(); }
+    int batch_capacity() const { return options_.batch; }
+
+    /// Makes shapes `which` of `features` (N,V,9) the batch; scaled features, at least one shape
+    /// and at most the capacity.
+    template <class Source>
+    void load_batch(std::span<const Source> features, std::span<const int> which);
+
+    /// Runs the batch; returns the total loss.
+    T forward();
+    /// Gradients of the last forward pass, added to those of the parameters.
+    void backward();
+
+    /// Terms of one autoencoder after forward.
+    AutoencoderTerms terms(int level, int autoencoder);
+    /// Codes of a level after forward, (n, A*K).
+    std::vector<T> codes(int level);
+    /// Sum of the outputs of the first `levels` levels after forward, (n,V,9).
+    std::vector<T> reconstruction(int levels);
+    /// Gradient of the batch after backward, (n,V,9); needs Options::input_gradient.
+    std::vector<T> input_gradient();
+    /// Output of one autoencoder for a code (K) of the caller, (V,9).
+    std::vector<T> decode(int level, int autoencoder, std::span<const T> code);
+
+    /// A parameter-sized array of entry `index` in the vertex order of the user, and back.
+    std::vector<T> to_user_order(int index, std::span<const T> inner) const;
+    void from_user_order(int index, std::span<const T> user, std::span<T> inner) const;
+
+  private:
+    void add_level(int index, const LossConfig& loss, Var x, std::vector<Var>& terms,
+                   std::vector<double>& factors);
+    std::vector<T> batch_rows(std::span<const T> rows) const;
+
+    ModelConfig config_;
+    Options options_;
+    VertexOrder order_;
+    RingTable<T> rings_;
+    ReorderedDistances inner_distances_;
+    LaneMask<T> lane_mask_;
+    ParameterSet<T> parameters_;
+    Tape<T> tape_;
+    std::vector<Level> levels_;
+    Var total_;
+};
+
+}  // namespace mscomp::nn

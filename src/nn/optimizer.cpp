@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/optimizer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/kernels.h"
+#include "mscomp/base/feature_set.h"
+#include "mscomp/base/parallel.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kEpsilon = 1e-8;
+constexpr std::int64_t kParameterChunk = std::int64_t{1} << 15;
+
+double second_correction(std::int64_t step) {
+    return 1 - std::pow(kBeta2, static_cast<double>(step));
+}
+
+/// Shrinks the nine entries of one vertex; `threshold` = rate w Lambda / K.
+template <class T>
+void shrink(T* c, const T* moment2, double correction, double threshold) {
+    double square = 0, v = 0;
+    for (int i = 0; i < kFeatureDim; ++i) {
+        square += static_cast<double>(c[i]) * static_cast<double>(c[i]);
+        v += static_cast<double>(moment2[i]);
+    }
+    const double root = std::sqrt(v / (kFeatureDim * correction));
+    // No slope was ever seen here (root = 0): nothing holds the entry against the penalty.
+    const double scaled = root * std::sqrt(square);
+    const T keep = scaled > threshold ? static_cast<T>(1 - threshold / scaled) : T{0};
+    for (int i = 0; i < kFeatureDim; ++i) c[i] *= keep;
+}
+
+}  // namespace
+
+double learning_rate_at(const TrainConfig& config, std::int64_t step) {
+    const double stairs = std::floor(static_cast<double>(step - 1) / config.decay_steps);
+    return std::max(config.learning_rate * std::pow(config.learning_rate_decay, stairs),
+                    std::min(config.learning_rate, config.learning_rate_floor));
+}
+
+template <class T>
+void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step) {
+    const auto correction1 = static_cast<T>(1 - std::pow(kBeta1, static_cast<double>(step)));
+    const auto correction2 = static_cast<T>(second_correction(step));
+    const Chunks chunks{static_cast<std::int64_t>(parameters.all_values().size()), kParameterChunk};
+    parallel_for(chunks.count(), [&](std::int64_t i) {
+        const std::int64_t first = chunks.begin(i);
+        kernels<T>().adam(
+            parameters.all_values().data() + first, parameters.all_moments1().data() + first,
+            parameters.all_moments2().data() + first, parameters.all_grads().data() + first,
+            chunks.end(i) - first, static_cast<T>(rate), static_cast<T>(kBeta1),
+            static_cast<T>(kBeta2), correction1, correction2, static_cast<T>(kEpsilon));
+    });
+}
+
+template <class T>
+void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, std::int64_t step) {
+    if (!(sparsity_weight > 0)) return;
+    const double correction = second_correction(step);
+    const int vertices = model.vertex_count();
+    for (const auto& level : model.levels()) {
+        const int rows = level.autoencoders * level.components;
+        const std::span<T> weights = model.parameters().value(level.weights);
+        const std::span<const T> moment2 = model.parameters().moment2(level.weights);
+        const std::vector<int> centers = component_centers<T>(weights, rows, vertices);
+        std::vector<std::span<const double>> distances;
+        for (const int center : centers) distances.push_back(model.inner_distances().row(center));
+        parallel_for(rows, [&](std::int64_t row) {
+            for (int v = 0; v < vertices; ++v) {
+                const double lambda = level.range.weight(
+                    distances[static_cast<std::size_t>(row)][static_cast<std::size_t>(v)]);
+                if (!(lambda > 0)) continue;
+                const std::int64_t at = (row * vertices + v) * kFeatureDim;
+                shrink(weights.data() + at, moment2.data() + at, correction,
+                       rate * sparsity_weight * lambda / level.components);
+            }
+        });
+    }
+}
+
+template void adam_step(ParameterSet<float>&, double, std::int64_t);
+template void adam_step(ParameterSet<double>&, double, std::int64_t);
+template void proximal_step(StackedModel<float>&, double, double, std::int64_t);
+template void proximal_step(StackedModel<double>&, double, double, std::int64_t);
+
+}  // namespace mscomp::nn

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/stacked_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "mscomp/base/feature_set.h"
+#include "mscomp/base/parallel.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr std::int64_t kDim = kFeatureDim;
+
+std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
+
+}  // namespace
+
+template <class T>
+StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
+                              const OneRings& rings, DistanceRows& distances,
+                              const Options& options)
+    : config_(config),
+      options_(options),
+      order_(reverse_cuthill_mckee(rings)),
+      rings_(reordered(rings, order_)),
+      inner_distances_(distances, order_) {
+    const std::int64_t vertices = order_.vertex_count();
+    lane_mask_.weight.assign(at(lane_count(options.batch)), T{0});
+
+    // All parameters first: recording on the tape borrows their memory.
+    int autoencoders = 1;
+    for (std::size_t l = 0; l < config.levels.size(); ++l) {
+        Level level;
+        level.autoencoders = autoencoders;
+        level.components = config.levels[l].components;
+        level.range = {config.levels[l].sparsity_range, config.levels[l].sparsity_ramp};
+        const auto add = [&](const char* what, Extents extents) {
+            extents.insert(extents.begin(), autoencoders);
+            return parameters_.add(fmt::format("level{}.{}", l, what), std::move(extents));
+        };
+        level.w_own = add("w_own", {kDim, kDim});
+        level.w_ring = add("w_ring", {kDim, kDim});
+        level.bias = add("bias", {kDim});
+        const bool own_decoder = config.tied == Tied::none;
+        level.decoder_w_own = own_decoder ? add("decoder_w_own", {kDim, kDim}) : level.w_own;
+        level.decoder_w_ring = own_decoder ? add("decoder_w_ring", {kDim, kDim}) : level.w_ring;
+        level.decoder_bias = add("decoder_bias", {kDim});
+        level.weights = add("component_weights", {level.components, vertices, kDim});
+        levels_.push_back(level);
+        if (config.attention) autoencoders *= level.components;
+    }
+
+    Var x =
+        tape_.input("x", {1, vertices, kDim, lane_count(options.batch)}, options.input_gradient);
+    std::vector<Var> terms;
+    std::vector<double> factors;
+    for (int l = 0; l < static_cast<int>(levels_.size()); ++l) {
+        Level& level = levels_[at(l)];
+        add_level(l, loss, x, terms, factors);
+        if (l + 1 == static_cast<int>(levels_.size())) break;
+        if (config.attention) {
+            level.mask = attention_mask(tape_, tape_.parameter(parameters_, level.weights),
+                                        config.mask_power, config.mask_epsilon);
+        }
+        x = masked_residual(tape_, level.x, level.output, level.mask, config.joint);
+    }
+    total_ = weighted_sum(tape_, std::move(terms), std::move(factors));
+}
+
+template <class T>
+void StackedModel<T>::add_level(int index, const LossConfig& loss, Var x,
+                                std::vector<Var>& terms, std::vector<double>& factors) {
+    Level& level = levels_[at(index)];
+    const auto parameter = [&](int which) { return tape_.parameter(parameters_, which); };
+    const Var weights = parameter(level.weights);
+    level.x = x;
+    const Var f = mesh_conv(tape_, rings_, x, parameter(level.w_own), parameter(level.w_ring),
+                            parameter(level.bias), false, Activation::tanh);
+    level.code = project(tape_, f, weights);
+    if (config_.latent_activation == Activation::tanh) level.code = tanh(tape_, level.code);
+    Var decoded = expand(tape_, level.code, weights);
+    if (config_.decoder_fc_activation == Activation::tanh) decoded = tanh(tape_, decoded);
+    level.output = mesh_conv(tape_, rings_, decoded, parameter(level.decoder_w_own),
+                             parameter(level.decoder_w_ring), parameter(level.decoder_bias),
+                             config_.tied == Tied::transpose, Activation::tanh);
+    level.reconstruction = squared_error(tape_, x, level.output, lane_mask_);
+    level.sparsity =
+        group_sparsity(tape_, weights, inner_distances_, level.range, options_.sparsity_gradient);
+    level.range_penalty = range_penalty(tape_, level.code, loss.range_limit, lane_mask_);
+    terms.insert(terms.end(), {level.reconstruction, level.sparsity, level.range_penalty});
+    factors.insert(factors.end(), {loss.reconstruction, loss.sparsity, loss.range});
+}
+
+template <class T>
+template <class Source>
+void StackedModel<T>::load_batch(std::span<const Source> features, std::span<const int> which) {
+    assert(!which.empty() && static_cast<int>(which.size()) <= options_.batch);
+    const std::int64_t lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
+    const std::int64_t rows = vertex_count() * kDim;
+    lane_mask_.active = static_cast<int>(which.size());
+    for (std::int64_t l = 0; l < lanes; ++l) {
+        lane_mask_.weight[at(l)] = l < lane_mask_.active ? T{1} : T{0};
+    }
+    const std::span<T> x = tape_.value(levels_.front().x);
+    parallel_for(vertex_count(), [&](std::int64_t v) {
+        const std::int64_t user = order_.to_user[at(v)];
+        for (std::int64_t c = 0; c < kDim; ++c) {
+            T* row = x.data() + (v * kDim + c) * lanes;
+            for (std::int64_t l = 0; l < lanes; ++l) {
+                row[l] = l < lane_mask_.active
+                             ? static_cast<T>(features[at(which[at(l)] * rows + user * kDim + c)])
+                             : T{0};
+            }
+        }
+    });
+}
+
+template <class T>
+T StackedModel<T>::forward() {
+    tape_.forward();
+    return tape_.value(total_)[0];
+}
+
+template <class T>
+void StackedModel<T>::backward() {
+    tape_.backward(total_);
+}
+
+template <class T>
+AutoencoderTerms StackedModel<T>::terms(int level, int autoencoder) {
+    const Level& l = levels_[at(level)];
+    const auto read = [&](Var term) {
+        return static_cast<double>(tape_.value(term)[at(autoencoder)]);
+    };
+    return {read(l.reconstruction), read(l.sparsity), read(l.range_penalty)};
+}
+
+template <class T>
+std::vector<T> StackedModel<T>::codes(int level) {
+    const Level& l = levels_[at(level)];
+    const std::span<T> code = tape_.value(l.code);
+    const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
+    std::vector<T> result;
+    for (int m = 0; m < lane_mask_.active; ++m) {
+        for (std::int64_t k = 0; k < std::int64_t{l.autoencoders} * l.components; ++k) {
+            result.push_back(code[at(k * lanes + m)]);
+        }
+    }
+    return result;
+}
+
+template <class T>
+std::vector<T> StackedModel<T>::batch_rows(std::span<const T> rows) const {
+    const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
+    const std::int64_t size = vertex_count() * kDim;
+    std::vector<T> result(at(size * lane_mask_.active));
+    for (std::int64_t v = 0; v < vertex_count(); ++v) {
+        for (std::int64_t c = 0; c < kDim; ++c) {
+            for (std::int64_t m = 0; m < lane_mask_.active; ++m) {
+                result[at(m * size + order_.to_user[at(v)] * kDim + c)] =
+                    rows[at((v * kDim + c) * lanes + m)];
+            }
+        }
+    }
+    return result;
+}
+
+template <class T>
+std::vector<T> StackedModel<T>::reconstruction(int levels) {
+    const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
+    const std::int64_t rows = vertex_count() * kDim * lanes;
+    AlignedVector<T> sum(at(rows), T{0});
+    for (int l = 0; l < levels; ++l) {
+        const std::span<T> output = tape_.value(levels_[at(l)].output);
+        for (std::int64_t a = 0; a < levels_[at(l)].autoencoders; ++a) {
+            for (std::int64_t i = 0; i < rows; ++i) sum[at(i)] += output[at(a * rows + i)];
+        }
+    }
+    return batch_rows(sum);
+}
+
+template <class T>
+std::vector<T> StackedModel<T>::input_gradient() {
+    return batch_rows(tape_.grad(levels_.front().x));
+}
+
+template <class T>
+std::vector<T> StackedModel<T>::decode(int level, int autoencoder, std::span<const T> code) {
+    // A tape of its own with one autoencoder of eight lanes, all holding the same code.
+    const Level& l = levels_[at(level)];
+    ParameterSet<T> own;
+    const auto copy = [&](int index) {
+        Extents extents = parameters_.entry(index).extents;
+        const std::span<const T> all = parameters_.value(index);
+        const std::size_t size = all.size() / at(extents[0]);
+        extents[0] = 1;
+        const int made = own.add(parameters_.entry(index).name, std::move(extents));
+        const std::span<const T> slice = all.subspan(at(autoencoder) * size, size);
+        std::copy(slice.begin(), slice.end(), own.value(made).begin());
+        return made;
+    };
+    const int w_own = copy(l.decoder_w_own), w_ring = copy(l.decoder_w_ring);
+    const int bias = copy(l.decoder_bias), weights = copy(l.weights);
+
+    Tape<T> tape;
+    const int lanes = lane_count(1);
+    const Var codes = tape.input("code", {1, l.components, lanes});
+    for (int k = 0; k < l.components; ++k) {
+        std::fill_n(tape.value(codes).begin() + k * lanes, lanes, code[at(k)]);
+    }
+    Var decoded = expand(tape, codes, tape.parameter(own, weights));
+    if (config_.decoder_fc_activation == Activation::tanh) decoded = tanh(tape, decoded);
+    const Var output =
+        mesh_conv(tape, rings_, decoded, tape.parameter(own, w_own), tape.parameter(own, w_ring),
+                  tape.parameter(own, bias), config_.tied == Tied::transpose, Activation::tanh);
+    tape.forward();
+    std::vector<T> result(at(vertex_count() * kDim));
+    for (std::int64_t v = 0; v < vertex_count(); ++v) {
+        for (std::int64_t c = 0; c < kDim; ++c) {
+            result[at(order_.to_user[at(v)] * kDim + c)] =
+                tape.value(output)[at((v * kDim + c) * lanes)];
+        }
+    }
+    return result;
+}
+
+template <class T>
+std::vector<T> StackedModel<T>::to_user_order(int index, std::span<const T> inner) const {
+    std::vector<T> user(inner.begin(), inner.end());
+    const Extents& extents = parameters_.entry(index).extents;
+    if (extents.size() != 4) return user;
+    const std::int64_t vertices = extents[2];
+    for (std::int64_t row = 0; row < extents[0] * extents[1]; ++row) {
+        for (std::int64_t v = 0; v < vertices; ++v) {
+            std::copy_n(inner.begin() + (row * vertices + v) * kDim, kDim,
+                        user.begin() + (row * vertices + order_.to_user[at(v)]) * kDim);
+        }
+    }
+    return user;
+}
+
+template <class T>
+void StackedModel<T>::from_user_order(int index, std::span<const T> user,
+                                      std::span<T> inner) const {
+    const Extents& extents = parameters_.entry(index).extents;
+    if (extents.size() != 4) {
+        std::copy(user.begin(), user.end(), inner.begin());
+        return;
+    }
+    const std::int64_t vertices = extents[2];
+    for (std::int64_t row = 0; row < extents[0] * extents[1]; ++row) {
+        for (std::int64_t v = 0; v < vertices; ++v) {
+            std::copy_n(user.begin() + (row * vertices + order_.to_user[at(v)]) * kDim, kDim,
+                        inner.begin() + (row * vertices + v) * kDim);
+        }
+    }
+}
+
+template class StackedModel<float>;
+template class StackedModel<double>;
+template void StackedModel<float>::load_batch(std::span<const float>, std::span<const int>);
+template void StackedModel<double>::load_batch(std::span<const float>, std::span<const int>);
+template void StackedModel<double>::load_batch(std::span<const double>, std::span<const int>);
+
+}  // namespace mscomp::nn

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/vertex_order.h"
+
+#include <algorithm>
+
+namespace mscomp::nn {
+namespace {
+
+/// Vertices reachable from `root` that are not yet `placed`, breadth first, neighbours by degree.
+std::vector<int> breadth_first(const OneRings& rings, int root, std::vector<char>& placed) {
+    std::vector<int> order{root};
+    placed[static_cast<std::size_t>(root)] = 1;
+    std::vector<int> fresh;
+    for (std::size_t next = 0; next < order.size(); ++next) {
+        const auto vertex = static_cast<std::size_t>(order[next]);
+        fresh.clear();
+        for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
+            const int neighbor = rings.neighbors[static_cast<std::size_t>(at)];
+            if (placed[static_cast<std::size_t>(neighbor)] != 0) continue;
+            placed[static_cast<std::size_t>(neighbor)] = 1;
+            fresh.push_back(neighbor);
+        }
+        std::stable_sort(fresh.begin(), fresh.end(),
+                         [&](int a, int b) { return rings.degree(a) < rings.degree(b); });
+        order.insert(order.end(), fresh.begin(), fresh.end());
+    }
+    return order;
+}
+
+}  // namespace
+
+VertexOrder reverse_cuthill_mckee(const OneRings& rings) {
+    const auto count = static_cast<std::size_t>(rings.vertex_count());
+    VertexOrder order;
+    order.to_user.reserve(count);
+    std::vector<char> placed(count, 0), probe(count, 0);
+    for (std::size_t seed = 0; seed < count; ++seed) {
+        if (placed[seed] != 0) continue;
+        // The last vertex of a first sweep lies on the rim, which keeps the levels of the second
+        // narrow.
+        const int rim = breadth_first(rings, static_cast<int>(seed), probe).back();
+        const std::vector<int> component = breadth_first(rings, rim, placed);
+        order.to_user.insert(order.to_user.end(), component.begin(), component.end());
+    }
+    std::reverse(order.to_user.begin(), order.to_user.end());
+    order.to_internal.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        order.to_internal[static_cast<std::size_t>(order.to_user[i])] = static_cast<int>(i);
+    }
+    return order;
+}
+
+OneRings reordered(const OneRings& rings, const VertexOrder& order) {
+    OneRings result;
+    result.neighbors.reserve(rings.neighbors.size());
+    for (const int user : order.to_user) {
+        const auto vertex = static_cast<std::size_t>(user);
+        const auto first = static_cast<std::ptrdiff_t>(result.neighbors.size());
+        for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
+            const int neighbor = rings.neighbors[static_cast<std::size_t>(at)];
+            result.neighbors.push_back(order.to_internal[static_cast<std::size_t>(neighbor)]);
+        }
+        std::sort(result.neighbors.begin() + first, result.neighbors.end());
+        result.offsets.push_back(static_cast<int>(result.neighbors.size()));
+    }
+    return result;
+}
+
+ReorderedDistances::ReorderedDistances(DistanceRows& user_rows, const VertexOrder& order)
+    : user_rows_(user_rows), order_(order), rows_(static_cast<std::size_t>(order.vertex_count())) {}
+
+std::span<const double> ReorderedDistances::row(int vertex) {
+    std::vector<double>& cached = rows_[static_cast<std::size_t>(vertex)];
+    if (cached.empty()) {
+        const std::span<const double> user =
+            user_rows_.row(order_.to_user[static_cast<std::size_t>(vertex)]);
+        cached.reserve(user.size());
+        for (const int at : order_.to_user) cached.push_back(user[static_cast<std::size_t>(at)]);
+    }
+    return cached;
+}
+
+}  // namespace mscomp::nn

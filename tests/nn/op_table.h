@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "mscomp/nn/ops.h"
+
+namespace mscomp::nn {
+
+/// Distances along a line of vertices: |i - j| / (V - 1).
+class LineDistances final : public DistanceRows {
+  public:
+    explicit LineDistances(int vertices);
+    std::span<const double> row(int vertex) override {
+        return rows_[static_cast<std::size_t>(vertex)];
+    }
+
+  private:
+    std::vector<std::vector<double>> rows_;
+};
+
+/// A tape with one op on random inputs; keeps alive what the op borrows.
+template <class T>
+struct OpFixture {
+    std::unique_ptr<RingTable<T>> rings;
+    std::unique_ptr<LineDistances> distances;
+    LaneMask<T> lanes;
+    Tape<T> tape;
+    std::vector<Var> inputs;  // all that the op depends on
+    Var output;
+};
+
+template <class T>
+struct OpCase {
+    std::string name;
+    std::function<void(OpFixture<T>&)> build;
+    friend void PrintTo(const OpCase& op_case, std::ostream* out) { *out << op_case.name; }
+};
+
+/// The one table every op stands in: gradients, references and instruction sets are checked over
+/// it.
+template <class T>
+std::vector<OpCase<T>> op_table();
+
+/// The fixture of a case.
+template <class T>
+std::unique_ptr<OpFixture<T>> make_fixture(const OpCase<T>& op_case);
+
+}  // namespace mscomp::nn

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/ops.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "gradient_check.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/nn/stacked_model.h"
+#include "op_table.h"
+#include "shapes.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr double kGradientTolerance = 1e-6;
+
+class EveryOp : public testing::TestWithParam<OpCase<double>> {};
+
+std::string test_name(const testing::TestParamInfo<OpCase<double>>& info) {
+    std::string name = info.param.name;
+    for (char& c : name) {
+        if (c == ' ') c = '_';
+    }
+    return name;
+}
+
+TEST_P(EveryOp, BackwardAgreesWithFiniteDifferences) {
+    const auto fixture = make_fixture(GetParam());
+    const GradientReport report = check_gradients(fixture->tape, fixture->output, fixture->inputs);
+    EXPECT_TRUE(report.within(kGradientTolerance)) << report.worst_error << " at " << report.where;
+}
+
+TEST_P(EveryOp, ForwardAgreesWithTheNaiveReference) {
+    const auto fixture = make_fixture(GetParam());
+    fixture->tape.forward();
+    const std::vector<double> expected = fixture->tape.ops()[0]->reference(fixture->tape);
+    const std::span<double> got = fixture->tape.value(fixture->output);
+    ASSERT_EQ(got.size(), expected.size());
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        EXPECT_TRUE(std::abs(got[i] - expected[i]) <= 1e-12 * (1 + std::abs(expected[i])))
+            << i << ": " << got[i] << " instead of " << expected[i];
+    }
+}
+
+// Gradients accumulate: a second backward pass on parameters' memory would double them; within one
+// pass the gradient of an input that was preset is added to.
+TEST_P(EveryOp, BackwardAddsToWhatIsThere) {
+    const auto fixture = make_fixture(GetParam());
+    Tape<double>& tape = fixture->tape;
+    tape.forward();
+    std::fill(tape.grad(fixture->output).begin(), tape.grad(fixture->output).end(), 1.0);
+    Op<double>& op = *tape.ops()[0];
+    op.backward(tape);
+    std::vector<std::vector<double>> once;
+    for (const Var input : fixture->inputs) {
+        once.emplace_back(tape.grad(input).begin(), tape.grad(input).end());
+    }
+    op.backward(tape);
+    for (std::size_t n = 0; n < once.size(); ++n) {
+        for (std::size_t i = 0; i < once[n].size(); ++i) {
+            EXPECT_TRUE(std::abs(tape.grad(fixture->inputs[n])[i] - 2 * once[n][i]) <=
+                        1e-12 * (1 + std::abs(once[n][i])));
+        }
+    }
+}
+
+TEST_P(EveryOp, ThreadsDoNotChangeABit) {
+    std::vector<std::vector<double>> results;
+    for (const int threads : {1, 2, 7}) {
+        set_thread_count(threads);
+        const auto fixture = make_fixture(GetParam());
+        check_gradients(fixture->tape, fixture->output, {});
+        std::vector<double>& result =
+            results.emplace_back(fixture->tape.value(fixture->output).begin(),
+                                 fixture->tape.value(fixture->output).end());
+        for (const Var input : fixture->inputs) {
+            result.insert(result.end(), fixture->tape.grad(input).begin(),
+                          fixture->tape.grad(input).end());
+        }
+    }
+    set_thread_count(0);
+    EXPECT_EQ(results[0], results[1]);
+    EXPECT_EQ(results[0], results[2]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, EveryOp, testing::ValuesIn(op_table<double>()), test_name);
+
+/// Float against double: the bound is the number of terms times the unit roundoff times magnitudes.
+TEST(FloatOps, AgreeWithDoubleWithinRoundoff) {
+    const auto single = op_table<float>();
+    const auto twice = op_table<double>();
+    for (std::size_t n = 0; n < single.size(); ++n) {
+        const auto a = make_fixture(single[n]);
+        const auto b = make_fixture(twice[n]);
+        a->tape.forward();
+        b->tape.forward();
+        double largest = 1;
+        for (const double x : b->tape.value(b->output)) largest = std::max(largest, std::abs(x));
+        for (std::size_t i = 0; i < b->tape.value(b->output).size(); ++i) {
+            const double error = std::abs(static_cast<double>(a->tape.value(a->output)[i]) -
+                                          b->tape.value(b->output)[i]);
+            EXPECT_TRUE(error <= 189 * 6e-8 * largest) << single[n].name << "[" << i << "]";
+        }
+    }
+}
+
+/// tanh whose derivative forgets a square: exactly what the table has to find.
+class WrongTanh final : public Op<double> {
+  public:
+    WrongTanh(Tape<double>& tape, Var x) : x_(x), y_(tape.result("y", tape.extents(x), true)) {}
+    std::string_view name() const override { return "wrong_tanh"; }
+    Var output() const override { return y_; }
+    void forward(Tape<double>& tape) override {
+        for (std::size_t i = 0; i < tape.value(x_).size(); ++i) {
+            tape.value(y_)[i] = std::tanh(tape.value(x_)[i]);
+        }
+    }
+    void backward(Tape<double>& tape) override {
+        for (std::size_t i = 0; i < tape.value(x_).size(); ++i) {
+            tape.grad(x_)[i] += tape.grad(y_)[i] * (1 - tape.value(y_)[i]);
+        }
+    }
+    std::vector<double> reference(Tape<double>&) const override { return {}; }
+
+  private:
+    Var x_, y_;
+};
+
+TEST(GradientCheck, RejectsAPlantedWrongOp) {
+    Tape<double> tape;
+    const Var x = tape.input("x", {4}, true);
+    fill_random(tape, x, 0);
+    auto wrong = std::make_unique<WrongTanh>(tape, x);
+    const Var y = wrong->output();
+    tape.record(std::move(wrong));
+    EXPECT_FALSE(check_gradients(tape, y, {x}).within(kGradientTolerance));
+}
+
+TEST(GradientCheck, RejectsNaN) {
+    Tape<double> tape;
+    const Var x = tape.input("x", {4}, true);
+    fill_random(tape, x, 0);
+    tape.value(x)[2] = std::nan("");
+    EXPECT_FALSE(check_gradients(tape, tanh(tape, x), {x}).within(kGradientTolerance));
+}
+
+TEST(GradientTable, HoldsEveryOpThatAModelRecords) {
+    std::set<std::string, std::less<>> in_table;
+    for (const auto& op_case : op_table<double>()) {
+        in_table.emplace(make_fixture(op_case)->tape.ops()[0]->name());
+    }
+    const TriangleMesh mesh = shapes::grid(4, 4);
+    LineDistances distances(mesh.vertex_count());
+    ModelConfig config;
+    config.levels = {{3, 0.4, {}}, {2, 0.2, {}}};
+    config.latent_activation = config.decoder_fc_activation = Activation::tanh;
+    StackedModel<double> model(config, {}, one_rings_of_faces(16, mesh.faces), distances, {4});
+    for (const auto& op : model.tape().ops())
+        EXPECT_TRUE(in_table.contains(op->name())) << op->name();
+}
+
+// [A] eq. 6: the masks of the children of one autoencoder sum to one at every vertex, even where no
+// component acts and however sharp they are.
+TEST(AttentionMask, ColumnsSumToOne) {
+    for (const double power : {1.0, 4.0}) {
+        Tape<double> tape;
+        const Var c = tape.input("C", {2, 3, 10, 9}, true);
+        fill_random(tape, c, 1);
+        for (int row = 0; row < 3; ++row) {
+            std::fill_n(tape.value(c).begin() + row * 90, 9, 0.0);  // vertex 0 of autoencoder 0
+        }
+        const Var mask = attention_mask(tape, c, power, 1e-12);
+        const GradientReport report = check_gradients(tape, mask, {});
+        EXPECT_TRUE(report.within(0));
+        for (int a = 0; a < 2; ++a) {
+            for (int v = 0; v < 10; ++v) {
+                double sum = 0;
+                for (int k = 0; k < 3; ++k) {
+                    sum += tape.value(mask)[static_cast<std::size_t>((a * 3 + k) * 10 + v)];
+                }
+                EXPECT_NEAR(sum, 1, 1e-12);
+            }
+        }
+        for (const double g : tape.grad(c)) EXPECT_TRUE(std::isfinite(g));
+    }
+}
+
+// Padding lanes hold no shape: whatever they hold changes neither loss nor gradients.
+TEST(SquaredError, IgnoresLanesWithoutShape) {
+    const auto table = op_table<double>();
+    for (const auto& op_case : table) {
+        if (op_case.name != "squared_error" && op_case.name != "range_penalty") continue;
+        const auto fixture = make_fixture(op_case);
+        Tape<double>& tape = fixture->tape;
+        tape.forward();
+        const double before = tape.value(fixture->output)[0];
+        for (const Var input : fixture->inputs) {
+            for (std::size_t i = 5; i < tape.value(input).size(); i += 8)
+                tape.value(input)[i] = 1e6;
+        }
+        check_gradients(tape, fixture->output, {});
+        EXPECT_EQ(tape.value(fixture->output)[0], before) << op_case.name;
+        for (const Var input : fixture->inputs) {
+            for (std::size_t i = 5; i < tape.grad(input).size(); i += 8) {
+                EXPECT_EQ(tape.grad(input)[i], 0) << op_case.name;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mscomp::nn
