@@ -71,8 +71,8 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
 }
 
 template <class T>
-void StackedModel<T>::add_level(int index, const LossConfig& loss, Var x,
-                                std::vector<Var>& terms, std::vector<double>& factors) {
+void StackedModel<T>::add_level(int index, const LossConfig& loss, Var x, std::vector<Var>& terms,
+                                std::vector<double>& factors) {
     Level& level = levels_[at(index)];
     const auto parameter = [&](int which) { return tape_.parameter(parameters_, which); };
     const Var weights = parameter(level.weights);

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "mscomp/nn/stacked_model.h"
+
+namespace mscomp::nn {
+
+/// All parameters from N(0, 0.02^2), biases zero ([A] §4.4).
+template <class T>
+void start_random(StackedModel<T>& model, std::uint64_t seed);
+
+/// Deflation start (method §7): convolutions are the identity on the vertex itself, component
+/// weights are found one after the other on what is left of the autoencoder's input: around the
+/// vertex with the largest remaining energy, by power iterations inside the sparsity range, rows of
+/// unit length. No random numbers, no dead or duplicate components, exact supports from the first
+/// step. Children are started on their masked residual. Uses up to the model's batch of `shapes`,
+/// evenly chosen.
+template <class T>
+void start_deflation(StackedModel<T>& model, std::span<const float> features,
+                     std::span<const int> shapes);
+
+}  // namespace mscomp::nn

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/model_file.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/safetensors.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr const char* kFormat = "mscomp-model";
+constexpr int kFormatVersion = 1;
+
+/// Runs `read`, turning whatever is wrong with the file into a CheckpointError.
+template <class Read>
+auto as_checkpoint(const std::string& path, Read&& read) {
+    try {
+        return read();
+    } catch (const InputError& error) {
+        throw CheckpointError(path, fmt::format("not a usable model file ({})", error.what()));
+    } catch (const nlohmann::json::exception& error) {
+        throw CheckpointError(path, fmt::format("damaged metadata ({})", error.what()));
+    }
+}
+
+template <class To, std::size_t N>
+std::vector<To> flat(const std::vector<std::array<To, N>>& rows) {
+    std::vector<To> values;
+    values.reserve(rows.size() * N);
+    for (const auto& row : rows) values.insert(values.end(), row.begin(), row.end());
+    return values;
+}
+
+template <class To, std::size_t N>
+std::vector<std::array<To, N>> unflat(std::span<const To> values) {
+    std::vector<std::array<To, N>> rows(values.size() / N);
+    for (std::size_t i = 0; i < values.size(); ++i) rows[i / N][i % N] = values[i];
+    return rows;
+}
+
+std::string parameter_key(const char* prefix, const std::string& name) {
+    return fmt::format("{}/{}", prefix, name);
+}
+
+nlohmann::json describe(const ModelContext& context, const TrainingState& state) {
+    return {
+        {"format", kFormat},          {"format_version", kFormatVersion},
+        {"config", context.config},   {"source", context.source},
+        {"weights", context.weights}, {"largest_distance_exact", context.largest_distance_exact},
+        {"epoch", state.epoch},       {"step", state.step}};
+}
+
+}  // namespace
+
+void write_model(const std::string& path, StackedModel<float>& model, const ModelContext& context,
+                 const TrainingState& state, const std::vector<std::vector<float>>& codes) {
+    SafetensorsWriter writer;
+    writer.set_metadata("model", describe(context, state).dump());
+
+    // The writer borrows, so everything made for it lives until write().
+    const std::vector<double> reference = flat(context.reference.vertices);
+    const std::vector<int> faces = flat(context.reference.faces);
+    const std::array<double, 2> numbers{context.largest_distance, state.total};
+    const auto count = [](const auto& values) { return static_cast<std::int64_t>(values.size()); };
+    writer.add<double>("reference", {context.reference.vertex_count(), 3}, reference);
+    writer.add<int>("faces", {context.reference.face_count(), 3}, faces);
+    writer.add<double>("scaler_offset", {kFeatureDim}, context.offset);
+    writer.add<double>("scaler_factor", {kFeatureDim}, context.factor);
+    writer.add<double>("largest_distance_and_total", {2}, numbers);
+    writer.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
+    writer.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
+
+    std::vector<std::vector<float>> arrays;
+    arrays.reserve(static_cast<std::size_t>(model.parameters().count()) * 3);
+    ParameterSet<float>& parameters = model.parameters();
+    for (int i = 0; i < parameters.count(); ++i) {
+        const auto& entry = parameters.entry(i);
+        const auto add = [&](const char* prefix, std::span<const float> inner) {
+            arrays.push_back(model.to_user_order(i, inner));
+            writer.add<float>(parameter_key(prefix, entry.name), entry.extents, arrays.back());
+        };
+        add("parameter", parameters.value(i));
+        add("adam_m", parameters.moment1(i));
+        add("adam_v", parameters.moment2(i));
+    }
+    for (std::size_t l = 0; l < codes.size(); ++l) {
+        const auto& level = model.levels()[l];
+        const std::int64_t width = std::int64_t{level.autoencoders} * level.components;
+        writer.add<float>(fmt::format("codes/level{}", l), {count(codes[l]) / width, width},
+                          codes[l]);
+    }
+    writer.write(path);
+}
+
+struct ModelFile::Content {
+    SafetensorsFile file;
+    ModelContext context;
+    TrainingState state;
+    std::vector<std::vector<float>> codes;
+
+    explicit Content(const std::string& path) : file(path) {
+        const auto found = file.metadata().find("model");
+        if (found == file.metadata().end()) {
+            throw CheckpointError(path, "a safetensors file, but not a model of mscomp");
+        }
+        const nlohmann::json description = nlohmann::json::parse(found->second);
+        if (description.at("format_version") != kFormatVersion) {
+            throw CheckpointError(
+                path, fmt::format("model format {}, this program reads {}",
+                                  description.at("format_version").dump(), kFormatVersion));
+        }
+        context.config = description.at("config");
+        context.source = description.at("source");
+        context.weights = description.at("weights");
+        context.largest_distance_exact = description.at("largest_distance_exact");
+        state.epoch = description.at("epoch");
+        state.step = description.at("step");
+        context.reference.vertices = unflat<double, 3>(file.data<double>("reference", {-1, 3}));
+        context.reference.faces = unflat<int, 3>(file.data<int>("faces", {-1, 3}));
+        std::ranges::copy(file.data<double>("scaler_offset", {kFeatureDim}),
+                          context.offset.begin());
+        std::ranges::copy(file.data<double>("scaler_factor", {kFeatureDim}),
+                          context.factor.begin());
+        const auto numbers = file.data<double>("largest_distance_and_total", {2});
+        context.largest_distance = numbers[0];
+        state.total = numbers[1];
+        const auto indices = [&](const char* name) {
+            const auto values = file.data<int>(name, {-1});
+            return std::vector<int>(values.begin(), values.end());
+        };
+        context.train_shapes = indices("train_shapes");
+        context.test_shapes = indices("test_shapes");
+        for (int l = 0; file.contains(fmt::format("codes/level{}", l)); ++l) {
+            const auto values = file.data<float>(fmt::format("codes/level{}", l), {-1, -1});
+            codes.emplace_back(values.begin(), values.end());
+        }
+        check_faces(path);
+    }
+
+    void check_faces(const std::string& path) const {
+        for (const Face& face : context.reference.faces) {
+            for (const int v : face) {
+                if (v < 0 || v >= context.reference.vertex_count()) {
+                    throw CheckpointError(path, fmt::format("a face refers to vertex {}, the "
+                                                            "reference has {}",
+                                                            v, context.reference.vertex_count()));
+                }
+            }
+        }
+    }
+};
+
+ModelFile::ModelFile(const std::string& path)
+    : content_(as_checkpoint(path, [&] { return std::make_unique<Content>(path); })) {}
+ModelFile::ModelFile(ModelFile&&) noexcept = default;
+ModelFile& ModelFile::operator=(ModelFile&&) noexcept = default;
+ModelFile::~ModelFile() = default;
+
+const ModelContext& ModelFile::context() const { return content_->context; }
+const TrainingState& ModelFile::state() const { return content_->state; }
+const std::vector<std::vector<float>>& ModelFile::codes() const { return content_->codes; }
+
+void ModelFile::load(StackedModel<float>& model) const {
+    as_checkpoint(content_->file.path(), [&] {
+        ParameterSet<float>& parameters = model.parameters();
+        for (int i = 0; i < parameters.count(); ++i) {
+            const auto& entry = parameters.entry(i);
+            const auto read = [&](const char* prefix, std::span<float> to) {
+                model.from_user_order(
+                    i, content_->file.data<float>(parameter_key(prefix, entry.name), entry.extents),
+                    to);
+            };
+            read("parameter", parameters.value(i));
+            read("adam_m", parameters.moment1(i));
+            read("adam_v", parameters.moment2(i));
+        }
+    });
+}
+
+}  // namespace mscomp::nn

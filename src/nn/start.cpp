@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "mscomp/base/feature_set.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/base/random.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr std::int64_t kDim = kFeatureDim;
+constexpr int kPowerIterations = 12;
+
+std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
+
+template <class T>
+void set_identity(std::span<T> matrices) {
+    for (std::size_t i = 0; i < matrices.size(); ++i) {
+        const std::size_t entry = i % (kDim * kDim);
+        matrices[i] = entry / kDim == entry % kDim ? T{1} : T{0};
+    }
+}
+
+/// What is left of the encoder output of one autoencoder, (V,9,n), while components are taken out.
+class Residual {
+  public:
+    /// tanh of the rows (V,9,lanes) of the autoencoder's input, active lanes only: what the encoder
+    /// gives while its convolution is the identity.
+    template <class T>
+    Residual(const T* rows, std::int64_t vertices, std::int64_t lanes, std::int64_t shapes)
+        : vertices_(vertices), shapes_(shapes), values_(at(vertices * kDim * shapes)) {
+        for (std::int64_t i = 0; i < vertices * kDim; ++i) {
+            for (std::int64_t m = 0; m < shapes; ++m) {
+                values_[at(i * shapes + m)] = std::tanh(static_cast<double>(rows[i * lanes + m]));
+            }
+        }
+    }
+
+    /// The vertex with the largest remaining energy.
+    std::int64_t strongest_vertex() const {
+        std::int64_t best = 0;
+        double largest = -1;
+        for (std::int64_t v = 0; v < vertices_; ++v) {
+            double energy = 0;
+            for (std::int64_t i = 0; i < kDim * shapes_; ++i) energy += square(row(v * kDim)[i]);
+            if (energy > largest) {
+                largest = energy;
+                best = v;
+            }
+        }
+        return best;
+    }
+
+    /// The unit-length row of component weights that explains most energy among those that vanish
+    /// outside `free`, started from the main direction of `vertex`; all zero where nothing is left.
+    std::vector<double> main_direction(std::int64_t vertex, const std::vector<char>& free) const {
+        std::vector<double> codes = strongest_channel(vertex);
+        std::vector<double> direction(at(vertices_ * kDim), 0.0);
+        for (int iteration = 0; iteration < kPowerIterations; ++iteration) {
+            double length = 0;
+            for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
+                if (free[at(i / kDim)] == 0) continue;
+                double sum = 0;
+                for (std::int64_t m = 0; m < shapes_; ++m) sum += row(i)[m] * codes[at(m)];
+                direction[at(i)] = sum;
+                length += sum * sum;
+            }
+            if (!(length > 0)) return std::vector<double>(direction.size(), 0.0);
+            for (double& d : direction) d /= std::sqrt(length);
+            codes = project(direction);
+        }
+        return direction;
+    }
+
+    void subtract(const std::vector<double>& direction) {
+        const std::vector<double> codes = project(direction);
+        for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
+            if (direction[at(i)] == 0) continue;
+            for (std::int64_t m = 0; m < shapes_; ++m) {
+                values_[at(i * shapes_ + m)] -= direction[at(i)] * codes[at(m)];
+            }
+        }
+    }
+
+  private:
+    static double square(double x) { return x * x; }
+    const double* row(std::int64_t i) const { return values_.data() + i * shapes_; }
+
+    std::vector<double> project(const std::vector<double>& direction) const {
+        std::vector<double> codes(at(shapes_), 0.0);
+        for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
+            if (direction[at(i)] == 0) continue;
+            for (std::int64_t m = 0; m < shapes_; ++m) codes[at(m)] += direction[at(i)] * row(i)[m];
+        }
+        return codes;
+    }
+
+    /// The channel of `vertex` with the most energy, as codes to start from.
+    std::vector<double> strongest_channel(std::int64_t vertex) const {
+        std::int64_t best = vertex * kDim;
+        double largest = -1;
+        for (std::int64_t i = vertex * kDim; i < (vertex + 1) * kDim; ++i) {
+            double energy = 0;
+            for (std::int64_t m = 0; m < shapes_; ++m) energy += square(row(i)[m]);
+            if (energy > largest) {
+                largest = energy;
+                best = i;
+            }
+        }
+        return {row(best), row(best) + shapes_};
+    }
+
+    std::int64_t vertices_, shapes_;
+    std::vector<double> values_;
+};
+
+std::vector<char> free_vertices(std::span<const double> distances, const SparsityRange& range) {
+    std::vector<char> free;
+    for (const double d : distances) free.push_back(range.weight(d) < 1.0 ? 1 : 0);
+    return free;
+}
+
+std::int64_t longest_vertex(const std::vector<double>& direction) {
+    return component_centers<double>(direction, 1, static_cast<int>(direction.size()) / kFeatureDim)
+        .front();
+}
+
+/// A component around the strongest vertex, moved until its centre is where it is longest.
+std::vector<double> next_component(const Residual& residual, const SparsityRange& range,
+                                   DistanceRows& distances) {
+    constexpr int kMoves = 4;
+    std::int64_t center = residual.strongest_vertex();
+    std::vector<double> direction;
+    for (int move = 0; move < kMoves; ++move) {
+        direction = residual.main_direction(
+            center, free_vertices(distances.row(static_cast<int>(center)), range));
+        const std::int64_t longest = longest_vertex(direction);
+        if (longest == center) break;
+        center = longest;
+    }
+    return direction;
+}
+
+template <class T>
+void deflate_level(StackedModel<T>& model, int index, std::int64_t shapes) {
+    const auto& level = model.levels()[at(index)];
+    ParameterSet<T>& parameters = model.parameters();
+    const std::span<T> x = model.tape().value(level.x);
+    const std::int64_t vertices = model.vertex_count();
+    const std::int64_t lanes = model.tape().extents(level.x)[3];
+    const std::span<T> weights = parameters.value(level.weights);
+    // One autoencoder after the other: distance rows are cached, and caching is not for many
+    // threads.
+    for (std::int64_t a = 0; a < level.autoencoders; ++a) {
+        Residual residual(x.data() + a * vertices * kDim * lanes, vertices, lanes, shapes);
+        for (std::int64_t k = 0; k < level.components; ++k) {
+            const std::vector<double> direction =
+                next_component(residual, level.range, model.inner_distances());
+            residual.subtract(direction);
+            T* row = weights.data() + (a * level.components + k) * vertices * kDim;
+            for (std::size_t i = 0; i < direction.size(); ++i)
+                row[i] = static_cast<T>(direction[i]);
+        }
+    }
+}
+
+}  // namespace
+
+template <class T>
+void start_random(StackedModel<T>& model, std::uint64_t seed) {
+    constexpr double kDeviation = 0.02;
+    ParameterSet<T>& parameters = model.parameters();
+    for (const auto& level : model.levels()) {
+        for (const int index : {level.w_own, level.w_ring, level.decoder_w_own,
+                                level.decoder_w_ring, level.weights}) {
+            const CounterRandom random(seed, static_cast<std::uint64_t>(index) + 1);
+            std::vector<T> drawn(parameters.value(index).size());
+            for (std::size_t i = 0; i < drawn.size(); ++i) {
+                drawn[i] = static_cast<T>(kDeviation * random.normal(i));
+            }
+            model.from_user_order(index, drawn, parameters.value(index));
+        }
+        for (const int index : {level.bias, level.decoder_bias}) {
+            std::ranges::fill(parameters.value(index), T{0});
+        }
+    }
+}
+
+template <class T>
+void start_deflation(StackedModel<T>& model, std::span<const float> features,
+                     std::span<const int> shapes) {
+    ParameterSet<T>& parameters = model.parameters();
+    std::ranges::fill(parameters.all_values(), T{0});
+    for (const auto& level : model.levels()) {
+        set_identity(parameters.value(level.w_own));
+        set_identity(parameters.value(level.decoder_w_own));
+    }
+    const std::size_t count =
+        std::min(shapes.size(), static_cast<std::size_t>(model.batch_capacity()));
+    std::vector<int> chosen;
+    for (std::size_t i = 0; i < count; ++i) chosen.push_back(shapes[i * shapes.size() / count]);
+    model.load_batch(features, std::span<const int>(chosen));
+    for (int level = 0; level < static_cast<int>(model.levels().size()); ++level) {
+        model.forward();
+        deflate_level(model, level, static_cast<std::int64_t>(count));
+    }
+}
+
+template void start_random(StackedModel<float>&, std::uint64_t);
+template void start_random(StackedModel<double>&, std::uint64_t);
+template void start_deflation(StackedModel<float>&, std::span<const float>, std::span<const int>);
+template void start_deflation(StackedModel<double>&, std::span<const float>, std::span<const int>);
+
+}  // namespace mscomp::nn

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/trainer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/random.h"
+#include "mscomp/nn/optimizer.h"
+#include "mscomp/nn/start.h"
+
+namespace mscomp::nn {
+
+StackedModel<float>::Options training_options(const Config& config, int shapes) {
+    StackedModel<float>::Options options;
+    options.batch = std::min(config.train.batch, shapes);
+    options.sparsity_gradient = config.train.sparsity_step == SparsityStep::subgradient;
+    return options;
+}
+
+Trainer::Trainer(StackedModel<float>& model, const Config& config, std::span<const float> features,
+                 std::span<const int> shapes)
+    : model_(model), config_(config), features_(features), shapes_(shapes.begin(), shapes.end()) {}
+
+void Trainer::start() {
+    if (config_.train.start == Start::deflation) {
+        start_deflation(model_, features_, std::span<const int>(shapes_));
+        loaded_.clear();
+    } else {
+        start_random(model_, config_.train.seed);
+    }
+    state_ = {};
+}
+
+EpochReport Trainer::run_epoch() {
+    EpochReport report;
+    report.terms.resize(model_.levels().size());
+    std::vector<int> order = shapes_;
+    const auto batch = static_cast<std::size_t>(model_.batch_capacity());
+    if (shapes_.size() > batch) {
+        const CounterRandom random(config_.train.seed,
+                                   static_cast<std::uint64_t>(state_.epoch) + 1000);
+        const std::vector<int> drawn = random.permutation(static_cast<int>(shapes_.size()));
+        for (std::size_t i = 0; i < order.size(); ++i) {
+            order[i] = shapes_[static_cast<std::size_t>(drawn[i])];
+        }
+    }
+    int steps = 0;
+    const auto begin = std::chrono::steady_clock::now();
+    for (std::size_t first = 0; first < order.size(); first += batch, ++steps) {
+        const std::size_t size = std::min(batch, order.size() - first);
+        step(std::span<const int>(order).subspan(first, size), report);
+    }
+    const std::chrono::duration<double, std::milli> spent =
+        std::chrono::steady_clock::now() - begin;
+    report.step_ms = spent.count() / steps;
+    report.total /= steps;
+    for (AutoencoderTerms& terms : report.terms) {
+        terms.reconstruction /= steps;
+        terms.sparsity /= steps;
+        terms.range /= steps;
+    }
+    ++state_.epoch;
+    report.state = state_;
+    return report;
+}
+
+void Trainer::step(std::span<const int> batch, EpochReport& report) {
+    if (!std::ranges::equal(batch, loaded_)) {
+        model_.load_batch(features_, batch);
+        loaded_.assign(batch.begin(), batch.end());
+    }
+    const float loss = model_.forward();
+    model_.parameters().zero_grad();
+    model_.backward();
+    require_finite(loss);
+
+    ++state_.step;
+    state_.total = loss;
+    report.learning_rate = learning_rate_at(config_.train, state_.step);
+    report.total += loss;
+    for (std::size_t l = 0; l < report.terms.size(); ++l) {
+        for (int a = 0; a < model_.levels()[l].autoencoders; ++a) {
+            const AutoencoderTerms terms = model_.terms(static_cast<int>(l), a);
+            report.terms[l].reconstruction += terms.reconstruction;
+            report.terms[l].sparsity += terms.sparsity;
+            report.terms[l].range += terms.range;
+        }
+    }
+    adam_step(model_.parameters(), report.learning_rate, state_.step);
+    if (config_.train.sparsity_step == SparsityStep::proximal) {
+        proximal_step(model_, config_.loss.sparsity, report.learning_rate, state_.step);
+    }
+}
+
+void Trainer::require_finite(float loss) {
+    if (!std::isfinite(loss)) {
+        const auto* op = model_.tape().first_non_finite();
+        throw NumericalError(op ? op->name() : "weighted_sum", state_.step + 1, "the result");
+    }
+    ParameterSet<float>& parameters = model_.parameters();
+    for (int i = 0; i < parameters.count(); ++i) {
+        // A sum of magnitudes is finite only if every gradient is.
+        float sum = 0;
+        for (const float g : parameters.grad(i)) sum += std::abs(g);
+        if (!std::isfinite(sum)) {
+            throw NumericalError("backward", state_.step + 1,
+                                 "the gradient of " + parameters.entry(i).name);
+        }
+    }
+}
+
+std::vector<std::vector<float>> Trainer::codes() {
+    std::vector<std::vector<float>> all(model_.levels().size());
+    const auto batch = static_cast<std::size_t>(model_.batch_capacity());
+    for (std::size_t first = 0; first < shapes_.size(); first += batch) {
+        const std::size_t size = std::min(batch, shapes_.size() - first);
+        model_.load_batch(features_, std::span<const int>(shapes_).subspan(first, size));
+        model_.forward();
+        for (std::size_t l = 0; l < all.size(); ++l) {
+            const std::vector<float> codes = model_.codes(static_cast<int>(l));
+            all[l].insert(all[l].end(), codes.begin(), codes.end());
+        }
+    }
+    loaded_.clear();
+    return all;
+}
+
+}  // namespace mscomp::nn
