@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# Installs what building needs and is missing (Debian and its relatives). Does nothing, and needs no
+# network, when all is there. With --dev also what developing needs: formatter, linter, git.
+set -euo pipefail
+
+packages=(g++ cmake ninja-build libeigen3-dev libceres-dev libopenmesh-dev libcli11-dev
+          libgtest-dev libgmock-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libspdlog-dev
+          libstb-dev libxxhash-dev libbenchmark-dev)
+case "${1:-}" in
+    "") ;;
+    --dev) packages+=(ccache clang-format clang-tidy git) ;;
+    *) echo "usage: scripts/setup.sh [--dev]" >&2; exit 2 ;;
+esac
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+    echo "setup: no apt here, so nothing is installed. Building needs the equivalents of these" >&2
+    echo "setup: Debian 12 packages: ${packages[*]}" >&2
+    exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+    status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+    [[ $status == installed ]] || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+    exit 0
+fi
+
+as_root=()
+if ((EUID != 0)); then
+    if ! command -v sudo >/dev/null; then
+        echo "setup: missing ${missing[*]}" >&2
+        echo "setup: install them as root, or install sudo" >&2
+        exit 1
+    fi
+    as_root=(sudo)
+fi
+echo "setup: installing ${missing[*]}" >&2
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -q --no-install-recommends "${missing[@]}"
