@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "mscomp/acap/generate.h"
+#include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/base/random.h"
+#include "mscomp/base/safetensors.h"
+
+namespace mscomp {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kLength = 12;  // of the limb, from shoulder to finger tips
+
+/// Rises smoothly from 0 at `from` to 1 at `to`.
+double smooth_step(double s, double from, double to) {
+    const double x = std::clamp((s - from) / (to - from), 0.0, 1.0);
+    return x * x * (3 - 2 * x);
+}
+
+double radians(double degrees) { return degrees * kPi / 180; }
+
+// ---------------------------------------------------------------------------------------------
+// The limb at rest: straight along z, the palm's width along x, the front of the elbow at +y.
+
+/// Half axes of the cross-section at height s.
+Eigen::Vector2d section(double s) {
+    const auto swelling = [s](double center, double width, double height) {
+        const double x = (s - center) / width;
+        return height * std::exp(-x * x);
+    };
+    const double limb = 0.46 + 0.34 * (1 - smooth_step(s, 1.0, 9.2)) + swelling(2.6, 1.3, 0.12) +
+                        swelling(6.0, 1.2, 0.14);
+    const double hand = smooth_step(s, 9.4, 10.6);
+    const double rounding_start = std::sqrt(std::max(0.0, 1 - std::pow(1 - std::min(s, 1.0), 2)));
+    const double from_end = std::min((kLength - s) / 0.9, 1.0);
+    const double rounding =
+        rounding_start * std::sqrt(std::max(0.0, 1 - std::pow(1 - from_end, 2)));
+    return {rounding * (limb + 0.18 * hand), rounding * (limb - 0.13 * hand)};
+}
+
+struct Ring {
+    double height = 0;
+    int first = 0, count = 0;  // its vertices
+};
+
+struct Limb {
+    TriangleMesh mesh;          // at rest
+    std::vector<Ring> rings;    // both poles are rings of one vertex
+    std::vector<int> ring_of;   // (V)
+    std::vector<double> angle;  // (V) around the axis, 0 at +x, pi/2 at the front
+    std::vector<Vector3d> normal;
+};
+
+/// `count` angles that cut an ellipse into equally long arcs, starting `phase` arcs after angle 0.
+std::vector<double> even_angles(const Eigen::Vector2d& axes, int count, double phase) {
+    constexpr int kSamples = 720;
+    std::vector<double> arc(kSamples + 1, 0.0);
+    for (int i = 0; i < kSamples; ++i) {
+        const double angle = 2 * kPi * (i + 0.5) / kSamples;
+        arc[static_cast<std::size_t>(i) + 1] =
+            arc[static_cast<std::size_t>(i)] +
+            std::hypot(axes[0] * std::sin(angle), axes[1] * std::cos(angle));
+    }
+    std::vector<double> angles;
+    for (int k = 0; k < count; ++k) {
+        const double wanted = arc.back() * (k + phase) / count;
+        const auto above = std::upper_bound(arc.begin(), arc.end() - 1, wanted);
+        const double share = (wanted - *(above - 1)) / (*above - *(above - 1));
+        angles.push_back(2 * kPi * (static_cast<double>(above - 1 - arc.begin()) + share) /
+                         kSamples);
+    }
+    return angles;
+}
+
+/// Heights at equal steps of about `spacing` along the outline, both poles included.
+std::vector<double> even_heights(double spacing) {
+    constexpr int kSamples = 20000;
+    std::vector<double> heights, arc{0};
+    for (int i = 0; i <= kSamples; ++i) {
+        heights.push_back(0.5 * kLength * (1 - std::cos(kPi * i / kSamples)));
+        if (i == 0) continue;
+        const double before = heights[heights.size() - 2];
+        const double rise = (section(heights.back()).sum() - section(before).sum()) / 2;
+        arc.push_back(arc.back() + std::hypot(heights.back() - before, rise));
+    }
+    const int steps = static_cast<int>(std::ceil(arc.back() / spacing));
+    std::vector<double> even{0};
+    for (int k = 1; k < steps; ++k) {
+        const auto above = std::upper_bound(arc.begin(), arc.end() - 1, arc.back() * k / steps);
+        even.push_back(heights[static_cast<std::size_t>(above - arc.begin())]);
+    }
+    even.push_back(kLength);
+    return even;
+}
+
+/// Triangles between two neighbouring rings: always on to the vertex that comes first around.
+void stitch(Limb& limb, const Ring& lower, const Ring& upper) {
+    const auto angle_at = [&limb](const Ring& ring, int k) {
+        const double turn = k >= ring.count ? 2 * kPi : 0;
+        return limb.angle[static_cast<std::size_t>(ring.first + k % ring.count)] + turn;
+    };
+    const auto vertex = [](const Ring& ring, int k) { return ring.first + k % ring.count; };
+    int i = 0, j = 0;
+    const int last_i = lower.count > 1 ? lower.count : 0;
+    const int last_j = upper.count > 1 ? upper.count : 0;
+    while (i < last_i || j < last_j) {
+        const bool go_lower =
+            j == last_j || (i < last_i && angle_at(lower, i + 1) + angle_at(lower, i) <
+                                              angle_at(upper, j + 1) + angle_at(upper, j));
+        if (go_lower) {
+            limb.mesh.faces.push_back({vertex(lower, i), vertex(lower, i + 1), vertex(upper, j)});
+            ++i;
+        } else {
+            limb.mesh.faces.push_back({vertex(lower, i), vertex(upper, j + 1), vertex(upper, j)});
+            ++j;
+        }
+    }
+}
+
+std::vector<Vector3d> vertex_normals(const TriangleMesh& mesh) {
+    const auto at = [&mesh](int i) {
+        return Eigen::Map<const Vector3d>(mesh.vertices[static_cast<std::size_t>(i)].data());
+    };
+    std::vector<Vector3d> normals(mesh.vertices.size(), Vector3d::Zero());
+    for (const Face& f : mesh.faces) {
+        const Vector3d normal = (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0]));
+        for (const int i : f) normals[static_cast<std::size_t>(i)] += normal;
+    }
+    for (Vector3d& normal : normals) normal.normalize();
+    return normals;
+}
+
+Limb limb_with_edge_length(double edge_length) {
+    Limb limb;
+    for (const double height : even_heights(edge_length * std::sqrt(0.75))) {
+        const Eigen::Vector2d axes = section(height);
+        const bool pole = height <= 0 || height >= kLength;
+        const double around = kPi * (axes[0] + axes[1]);
+        Ring ring{height, limb.mesh.vertex_count(),
+                  pole ? 1 : std::max(5, static_cast<int>(std::lround(around / edge_length)))};
+        // Every other ring is turned by half a step, which makes the triangles equilateral.
+        const double phase = limb.rings.size() % 2 == 0 ? 0.25 : 0.75;
+        for (const double angle :
+             pole ? std::vector<double>{0} : even_angles(axes, ring.count, phase)) {
+            limb.mesh.vertices.push_back(
+                {axes[0] * std::cos(angle), axes[1] * std::sin(angle), height});
+            limb.angle.push_back(angle);
+            limb.ring_of.push_back(static_cast<int>(limb.rings.size()));
+        }
+        if (!limb.rings.empty()) stitch(limb, limb.rings.back(), ring);
+        limb.rings.push_back(ring);
+    }
+    limb.normal = vertex_normals(limb.mesh);
+    return limb;
+}
+
+Limb limb_with_vertices(int vertices) {
+    double edge_length = std::sqrt(60.0 / vertices);
+    Limb limb = limb_with_edge_length(edge_length);
+    while (limb.mesh.vertex_count() < vertices) {
+        edge_length *= 0.99;
+        limb = limb_with_edge_length(edge_length);
+    }
+    return limb;
+}
+
+// ---------------------------------------------------------------------------------------------
+// What moves.
+
+/// Turns everything beyond a stretch of the axis: the rotation grows from 0 at `from` to `degrees`
+/// at `to`, about an axis that turns with the limb.
+struct Turn {
+    const char* name;
+    Vector3d axis;
+    double degrees, from, to;
+    double lowest_weight;
+    bool linear;
+
+    double share(double s) const {
+        if (!linear) return plateau(s);
+        return std::clamp((s - from) / (to - from), 0.0, 1.0);
+    }
+    /// Rises with an even slope and rounded ends, so that the bend is nearly a circular arc.
+    double plateau(double s) const {
+        const double x = std::clamp((s - from) / (to - from), 0.0, 1.0);
+        constexpr double ramp = 0.2;  // of the stretch, where the slope grows
+        constexpr double slope = 1 / (1 - ramp);
+        if (x < ramp) return slope * x * x / (2 * ramp);
+        if (x > 1 - ramp) return 1 - slope * (1 - x) * (1 - x) / (2 * ramp);
+        return slope * (x - ramp / 2);
+    }
+};
+
+/// Moves a patch around (height, degrees around the axis) along the normal.
+struct Swelling {
+    const char* name;
+    double height_at, degrees_at;
+    double half_length, half_width;
+    double height;
+    double waves;  // 0 for a bulge, else along the patch
+
+    double profile(double s, double arc) const {
+        const double x = (s - height_at) / half_length, y = arc / half_width;
+        const double distance = std::hypot(x, y);
+        if (distance >= 1) return 0;
+        const double window = std::pow(std::cos(kPi / 2 * distance), 2);
+        return waves > 0 ? window * std::cos(kPi * waves * x) : window;
+    }
+};
+
+const std::vector<Turn>& turns() {
+    static const std::vector<Turn> all{
+        {"shoulder_lift", -Vector3d::UnitX(), 35, 0.9, 2.3, -1, false},
+        {"shoulder_swing", Vector3d::UnitY(), 30, 0.9, 2.3, -1, false},
+        {"elbow_bend", -Vector3d::UnitX(), 120, 3.5, 5.9, 0, false},
+        {"forearm_twist", Vector3d::UnitZ(), 270, 5.7, 9.2, -0.3, true},
+        {"wrist_bend", -Vector3d::UnitX(), 55, 9.1, 10.2, -1, false}};
+    return all;
+}
+
+const std::vector<Swelling>& swellings() {
+    static const std::vector<Swelling> all{{"biceps", 2.8, 90, 1.2, 0.75, 0.26, 0},
+                                           {"triceps", 2.5, 270, 1.1, 0.7, 0.2, 0},
+                                           {"flexor", 6.5, 60, 0.9, 0.6, 0.18, 0},
+                                           {"extensor", 6.9, 250, 0.9, 0.6, 0.18, 0},
+                                           {"knuckles", 10.9, 270, 0.5, 0.5, 0.14, 0},
+                                           {"ripple_upper_arm", 3.0, 0, 1.2, 0.6, 0.1, 3},
+                                           {"ripple_forearm", 7.2, 160, 1.1, 0.55, 0.09, 3}};
+    return all;
+}
+
+/// (V) signed height of a swelling at full weight, relative to its highest place.
+std::vector<double> profile_of(const Limb& limb, const Swelling& swelling) {
+    std::vector<double> profile;
+    double highest = 0;
+    for (std::size_t i = 0; i < limb.angle.size(); ++i) {
+        const Point& p = limb.mesh.vertices[i];
+        const double turn = std::remainder(limb.angle[i] - radians(swelling.degrees_at), 2 * kPi);
+        profile.push_back(swelling.profile(p[2], turn * std::hypot(p[0], p[1])));
+        highest = std::max(highest, std::abs(profile.back()));
+    }
+    for (double& value : profile) value /= highest;
+    return profile;
+}
+
+/// Frames of all rings when each turn has the given angle: the axis is carried along, so that bends
+/// are arcs and the length of the limb stays.
+std::vector<Eigen::Isometry3d> ring_frames(const Limb& limb, const std::vector<double>& angles) {
+    constexpr int kSubsteps = 16;
+    std::vector<Eigen::Isometry3d> frames;
+    Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
+    double s = 0;
+    for (const Ring& ring : limb.rings) {
+        const double step = (ring.height - s) / kSubsteps;
+        for (int k = 0; step > 0 && k < kSubsteps; ++k, s += step) {
+            Vector3d turn = Vector3d::Zero();
+            for (std::size_t t = 0; t < turns().size(); ++t) {
+                const Turn& one = turns()[t];
+                turn += angles[t] * (one.share(s + step) - one.share(s)) * one.axis;
+            }
+            // Half the turn, the step along the axis, the other half: second order in the step.
+            const Eigen::AngleAxisd half(turn.norm() / 2, turn.norm() > 0
+                                                              ? Vector3d(turn.normalized())
+                                                              : Vector3d(Vector3d::UnitZ()));
+            frame.rotate(half);
+            frame.translate(Vector3d(0, 0, step));
+            frame.rotate(half);
+        }
+        s = ring.height;
+        frames.push_back(frame);
+    }
+    return frames;
+}
+
+/// (N,K) weights: component k swings at a frequency of its own over the frames after the first,
+/// which makes all of them orthogonal; the coarse ones take the slow half.
+std::vector<float> draw_weights(int frames, std::uint64_t seed) {
+    const std::size_t coarse = turns().size(), count = coarse + swellings().size();
+    const std::vector<int> slow = CounterRandom(seed, 0).permutation(static_cast<int>(coarse));
+    const std::vector<int> fast =
+        CounterRandom(seed, 1).permutation(static_cast<int>(count - coarse));
+    const CounterRandom phases(seed, 2);
+    std::vector<float> weights(static_cast<std::size_t>(frames) * count, 0.0F);
+    for (std::size_t k = 0; k < count; ++k) {
+        const bool is_turn = k < coarse;
+        const int frequency =
+            is_turn ? 1 + slow[k] : 1 + static_cast<int>(coarse) + fast[k - coarse];
+        const double lowest =
+            is_turn ? turns()[k].lowest_weight : (swellings()[k - coarse].waves > 0 ? -1.0 : 0.0);
+        // A whole frame is hit by the crest, so that every component reaches its full weight.
+        const double crest = std::floor(phases.uniform(k) * (frames - 1));
+        for (int n = 1; n < frames; ++n) {
+            const double angle = 2 * kPi * frequency * (n - 1 - crest) / (frames - 1);
+            weights[static_cast<std::size_t>(n) * count + k] =
+                static_cast<float>(lowest + (1 - lowest) * 0.5 * (1 + std::cos(angle)));
+        }
+    }
+    return weights;
+}
+
+std::vector<Point> pose(const Limb& limb, const std::vector<std::vector<double>>& profiles,
+                        const float* weights) {
+    std::vector<double> angles;
+    for (const Turn& turn : turns()) angles.push_back(*weights++ * radians(turn.degrees));
+    const std::vector<Eigen::Isometry3d> frames = ring_frames(limb, angles);
+    std::vector<Point> points(limb.angle.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        double height = 0;
+        for (std::size_t k = 0; k < profiles.size(); ++k) {
+            height += static_cast<double>(weights[k]) * swellings()[k].height * profiles[k][i];
+        }
+        const Point& p = limb.mesh.vertices[i];
+        const Vector3d local = Vector3d(p[0], p[1], 0) + height * limb.normal[i];
+        Eigen::Map<Vector3d>(points[i].data()) =
+            frames[static_cast<std::size_t>(limb.ring_of[i])] * local;
+    }
+    return points;
+}
+
+}  // namespace
+
+GeneratedSequence generate_arm(int frames, std::uint64_t seed, int vertices) {
+    if (frames < 2) throw UsageError(fmt::format("arm: {} frames, wanted at least 2", frames));
+    if (vertices < 100) {
+        throw UsageError(fmt::format("arm: {} vertices, wanted at least 100", vertices));
+    }
+    const Limb limb = limb_with_vertices(vertices);
+    GeneratedSequence result;
+    for (const Turn& turn : turns()) {
+        result.component_names.emplace_back(turn.name);
+        result.scales.push_back(0);
+        for (const Point& p : limb.mesh.vertices) {
+            result.supports.push_back(static_cast<float>(turn.share(p[2])));
+        }
+    }
+    std::vector<std::vector<double>> profiles;
+    for (const Swelling& swelling : swellings()) {
+        result.component_names.emplace_back(swelling.name);
+        result.scales.push_back(1);
+        profiles.push_back(profile_of(limb, swelling));
+        for (const double value : profiles.back()) {
+            result.supports.push_back(static_cast<float>(std::abs(value)));
+        }
+    }
+    result.weights = draw_weights(frames, seed);
+    result.sequence.faces = limb.mesh.faces;
+    result.sequence.shapes.resize(static_cast<std::size_t>(frames));
+    for (int n = 0; n < frames; ++n) result.sequence.names.push_back(fmt::format("frame_{:04}", n));
+    parallel_for(frames, [&](std::int64_t n) {
+        const auto at = static_cast<std::size_t>(n);
+        result.sequence.shapes[at] =
+            pose(limb, profiles, result.weights.data() + at * result.component_names.size());
+    });
+    return result;
+}
+
+void write_generated(const GeneratedSequence& generated, const std::string& folder) {
+    const MeshSequence& sequence = generated.sequence;
+    parallel_for(sequence.shape_count(), [&](std::int64_t n) {
+        const auto at = static_cast<std::size_t>(n);
+        write_obj(fmt::format("{}/{}.obj", folder, sequence.names[at]),
+                  {sequence.shapes[at], sequence.faces});
+    });
+    const std::size_t count = generated.component_names.size();
+    nlohmann::json truth;
+    truth["names"] = generated.component_names;
+    truth["scales"] = generated.scales;
+    truth["frames"] = sequence.names;
+    truth["weights"] = nlohmann::json::array();
+    for (std::size_t n = 0; n < sequence.names.size(); ++n) {
+        const auto row = generated.weights.begin() + static_cast<std::ptrdiff_t>(n * count);
+        truth["weights"].push_back(
+            std::vector<float>(row, row + static_cast<std::ptrdiff_t>(count)));
+    }
+    write_file(folder + "/truth.json", truth.dump(1) + "\n");
+
+    SafetensorsWriter writer;
+    writer.add<float>(
+        "supports",
+        {generated.component_count(), static_cast<std::int64_t>(sequence.vertex_count())},
+        generated.supports);
+    writer.set_metadata("names", nlohmann::json(generated.component_names).dump());
+    writer.write(folder + "/truth_supports.safetensors");
+}
+
+}  // namespace mscomp
