@@ -3,52 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <system_error>
 
 namespace mscomp {
 namespace {
 
-bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
-
-// 10^0 .. 10^22 are exact doubles.
-constexpr int kLargestExactPower = 22;
-constexpr std::array<double, kLargestExactPower + 1> kPowersOfTen{
-    1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-    1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-constexpr std::uint64_t kLargestExactInteger = std::uint64_t{1} << 53;
-constexpr int kDigitsThatFit = 19;  // any 19 digits fit 64 bits
-
-/// The usual short number, digits and a point: integer and power of ten are both exact doubles, so
-/// one division rounds correctly. Leaves everything else to read_any_number.
-bool read_short_number(const char* at, const char* end, NumberText& number) {
-    const bool negative = at != end && *at == '-';
-    if (negative) ++at;
-    const char* const digits_begin = at;
-    std::uint64_t digits = 0;
-    while (at != end && is_digit(*at)) digits = 10 * digits + static_cast<unsigned>(*at++ - '0');
-    std::ptrdiff_t digit_count = at - digits_begin;
-    std::ptrdiff_t decimals = 0;
-    if (at != end && *at == '.') {
-        const char* const decimals_begin = ++at;
-        while (at != end && is_digit(*at))
-            digits = 10 * digits + static_cast<unsigned>(*at++ - '0');
-        decimals = at - decimals_begin;
-        digit_count += decimals;
-    }
-    if (digit_count == 0 || digit_count > kDigitsThatFit || digits > kLargestExactInteger)
-        return false;
-    if (at != end && (*at == 'e' || *at == 'E')) return false;
-    const double size =
-        static_cast<double>(digits) / kPowersOfTen[static_cast<std::size_t>(decimals)];
-    number = {NumberText::Kind::finite, negative ? -size : size, at};
-    return true;
-}
-
-NumberText read_any_number(const char* begin, const char* end) {
+NumberText read_with_library(const char* begin, const char* end) {
     NumberText number;
     auto [after, error] = std::from_chars(begin, end, number.value);
     if (error == std::errc::invalid_argument) return number;
@@ -74,13 +36,15 @@ bool has_decimal_comma(std::string_view token) {
 
 }  // namespace
 
-NumberText read_number(const char* begin, const char* end) {
-    NumberText number;
-    if (read_short_number(begin, end, number)) return number;
+namespace detail {
+
+NumberText read_any_number(const char* begin, const char* end) {
     // A leading plus is harmless but unknown to from_chars; "+-1" stays an error.
-    if (begin != end && *begin == '+' && end - begin > 1 && begin[1] != '-') ++begin;
-    return read_any_number(begin, end);
+    if (end - begin > 1 && *begin == '+' && begin[1] != '-') ++begin;
+    return read_with_library(begin, end);
 }
+
+}  // namespace detail
 
 std::string quoted(std::string_view token) {
     constexpr std::size_t longest = 40;

@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
 
 namespace mscomp {
+
+inline bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
 
 /// What a number at the start of a text was found to be.
 struct NumberText {
@@ -16,12 +23,78 @@ struct NumberText {
 
 /// Reads a decimal number (optional sign, point and exponent, never a comma) at `begin`. Exactly
 /// the nearest double; numbers too small for a double become 0.
-NumberText read_number(const char* begin, const char* end);
+inline NumberText read_number(const char* begin, const char* end);
 
 /// The characters of a token in quotes, made safe to print and cut to a readable length.
 std::string quoted(std::string_view token);
 
 /// "got '0,5' ..., expected ..." for a token that is not the finite number it has to be.
 std::string number_complaint(std::string_view token);
+
+namespace detail {
+
+inline constexpr std::array<double, 20> kPowersOfTen{1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,
+                                                     1e7,  1e8,  1e9,  1e10, 1e11, 1e12, 1e13,
+                                                     1e14, 1e15, 1e16, 1e17, 1e18, 1e19};
+
+/// Reads all digits at `at` behind those already in `value` (modulo 2^64) and returns how many,
+/// eight characters in one step: the lengths of numbers vary too much for a loop to be predicted.
+inline std::ptrdiff_t read_digits(const char*& at, const char* end, std::uint64_t& value) {
+    static_assert(std::endian::native == std::endian::little, "the first character comes lowest");
+    constexpr std::array<std::uint64_t, 9> powers{1,      10,      100,      1000,     10000,
+                                                  100000, 1000000, 10000000, 100000000};
+    const char* const begin = at;
+    while (end - at >= 8) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, at, 8);
+        word ^= 0x3030303030303030U;  // digits become 0 .. 9
+        const std::uint64_t others = (word | (word + 0x7676767676767676U)) & 0x8080808080808080U;
+        const int count = std::countr_zero(others) / 8;
+        if (count == 0) return at - begin;
+        word <<= 64 - 8 * count;  // leading zeros
+        word = (10 * word + (word >> 8)) & 0x00FF00FF00FF00FFU;
+        word = (100 * word + (word >> 16)) & 0x0000FFFF0000FFFFU;
+        word = (10000 * word + (word >> 32)) & 0x00000000FFFFFFFFU;
+        value = powers[static_cast<std::size_t>(count)] * value + word;
+        at += count;
+        if (count < 8) return at - begin;
+    }
+    while (at != end && is_digit(*at)) value = 10 * value + static_cast<unsigned>(*at++ - '0');
+    return at - begin;
+}
+
+/// The usual short number, digits and a point: integer and power of ten are both exact doubles, so
+/// one division rounds correctly. Leaves everything else to read_any_number.
+inline bool read_short_number(const char* at, const char* end, NumberText& number) {
+    constexpr std::uint64_t largest_exact_integer = std::uint64_t{1} << 53;
+    constexpr std::ptrdiff_t digits_that_fit = 19;  // any 19 digits fit 64 bits
+    const bool negative = at != end && *at == '-';
+    if (negative) ++at;
+    std::uint64_t digits = 0;
+    std::ptrdiff_t digit_count = read_digits(at, end, digits);
+    std::ptrdiff_t decimals = 0;
+    if (at != end && *at == '.') {
+        decimals = read_digits(++at, end, digits);
+        digit_count += decimals;
+    }
+    if (digit_count == 0 || digit_count > digits_that_fit || digits > largest_exact_integer ||
+        (at != end && (*at == 'e' || *at == 'E'))) {
+        return false;
+    }
+    const double size =
+        static_cast<double>(digits) / kPowersOfTen[static_cast<std::size_t>(decimals)];
+    number = {NumberText::Kind::finite, negative ? -size : size, at};
+    return true;
+}
+
+NumberText read_any_number(const char* begin, const char* end);
+
+}  // namespace detail
+
+inline NumberText read_number(const char* begin, const char* end) {
+    NumberText number;
+    if (detail::read_short_number(begin, end, number)) return number;
+    return detail::read_any_number(begin, end);
+}
 
 }  // namespace mscomp

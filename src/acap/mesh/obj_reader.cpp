@@ -21,7 +21,6 @@ constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
-bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
 
 /// One pass over the text. A statement is a line with its continuation lines.
 class ObjReader {
@@ -55,22 +54,29 @@ class ObjReader {
     };
 
     void read_statement() {
-        const std::string_view keyword = token();
-        if (keyword == "v") {
+        const char second = at_ + 1 == end_ ? '\n' : at_[1];
+        const bool one_letter = is_blank(second) || is_line_end(second) || is_continuation(at_ + 1);
+        if (*at_ == 'v' && one_letter) {
             ++at_;
             read_vertex();
-        } else if (keyword == "f") {
+        } else if (*at_ == 'f' && one_letter) {
             ++at_;
             read_face();
         } else if (*at_ == '#') {
             skip_comment();
-        } else if (std::find(kSkippedKeywords.begin(), kSkippedKeywords.end(), keyword) !=
-                   kSkippedKeywords.end()) {
-            skip_statement();
         } else {
+            skip_known_statement();
+        }
+    }
+
+    void skip_known_statement() {
+        const std::string_view keyword = token();
+        const auto known = std::find(kSkippedKeywords.begin(), kSkippedKeywords.end(), keyword);
+        if (known == kSkippedKeywords.end()) {
             fail(fmt::format("got the keyword {}, expected v, f or one that is skipped: {}",
                              quoted(keyword), fmt::join(kSkippedKeywords, " ")));
         }
+        skip_statement();
     }
 
     void read_vertex() {
@@ -156,18 +162,17 @@ class ObjReader {
     }
 
     bool read_integer(const char*& at, std::int64_t& value) const {
-        const char* start = at;
-        const bool negative = start != end_ && *start == '-';
-        if (negative) ++start;
-        const char* digit = start;
-        // Far beyond any vertex count, and far from an overflow.
-        constexpr std::int64_t cap = std::int64_t{1} << 58;
-        for (value = 0; digit != end_ && is_digit(*digit); ++digit) {
-            value = std::min(cap, 10 * value + (*digit - '0'));
-        }
-        if (digit == start) return false;
+        const char* digits = at;
+        const bool negative = digits != end_ && *digits == '-';
+        if (negative) ++digits;
+        std::uint64_t size = 0;
+        const std::ptrdiff_t count = detail::read_digits(digits, end_, size);
+        if (count == 0) return false;
+        // Beyond any vertex count and, like all up to 18 digits, far from an overflow.
+        constexpr std::int64_t huge = 999'999'999'999'999'999;
+        value = count > 18 ? huge : static_cast<std::int64_t>(size);
         if (negative) value = -value;
-        at = digit;
+        at = digits;
         return true;
     }
 
@@ -207,7 +212,7 @@ class ObjReader {
     }
 
     bool is_continuation(const char* at) const {
-        return *at == '\\' && at + 1 != end_ && is_line_end(at[1]);
+        return at != end_ && *at == '\\' && at + 1 != end_ && is_line_end(at[1]);
     }
     bool at_statement_end() const { return at_ == end_ || is_line_end(*at_) || *at_ == '#'; }
     bool at_token_end(const char* at) const {

@@ -70,7 +70,6 @@ class HeaderReader {
   private:
     /// Lines end as the first one does: after end_header a binary byte may look like a line end.
     void next_line() {
-        if (at_ >= bytes_.size()) fail("the file ends within the header, expected 'end_header'");
         if (line_end_.empty()) {
             const std::size_t first = bytes_.find_first_of("\r\n");
             if (first == std::string_view::npos) {
@@ -80,6 +79,9 @@ class HeaderReader {
             }
         }
         const std::size_t found = bytes_.find(line_end_, at_);
+        if (found == std::string_view::npos && line_ > 0) {
+            fail("the file ends within the header, expected 'end_header'");
+        }
         line_text_ = bytes_.substr(at_, found == std::string_view::npos ? found : found - at_);
         at_ = found == std::string_view::npos ? bytes_.size() : found + line_end_.size();
         ++line_;

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "base/temporary_folder.h"
+#include "base/thrown_message.h"
+#include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/random.h"
+#include "shapes.h"
+
+namespace mscomp {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Positions of every size a float has, the extremes among them.
+TriangleMesh mesh_of_floats() {
+    TriangleMesh mesh = shapes::icosphere(3);
+    const CounterRandom random(2, 0);
+    std::uint64_t draw = 0;
+    for (Point& point : mesh.vertices) {
+        for (double& x : point) {
+            float value = 0;
+            do {
+                value = std::bit_cast<float>(static_cast<std::uint32_t>(random.bits(draw++)));
+            } while (!std::isfinite(value));
+            x = static_cast<double>(value);
+        }
+    }
+    using Limits = std::numeric_limits<float>;
+    mesh.vertices[0] = {Limits::max(), Limits::min(), Limits::denorm_min()};
+    mesh.vertices[1] = {-0.0, static_cast<double>(1.0F / 3.0F), -Limits::max()};
+    return mesh;
+}
+
+// Nine significant digits tell any two floats apart.
+TEST(WriteObj, KeepsEveryFloatExactly) {
+    const TemporaryFolder folder;
+    const TriangleMesh mesh = mesh_of_floats();
+    write_obj(folder / "a.obj", mesh);
+    const TriangleMesh read = read_mesh(folder / "a.obj");
+    ASSERT_EQ(read.vertex_count(), mesh.vertex_count());
+    EXPECT_EQ(read.faces, mesh.faces);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            EXPECT_EQ(std::bit_cast<std::uint32_t>(static_cast<float>(read.vertices[i][axis])),
+                      std::bit_cast<std::uint32_t>(static_cast<float>(mesh.vertices[i][axis])));
+        }
+    }
+}
+
+TEST(WritePly, KeepsEveryFloatExactly) {
+    const TemporaryFolder folder;
+    const TriangleMesh mesh = mesh_of_floats();
+    write_ply(folder / "a.ply", mesh);
+    const TriangleMesh read = read_mesh(folder / "a.ply");
+    EXPECT_EQ(read.vertices, mesh.vertices);
+    EXPECT_EQ(read.faces, mesh.faces);
+}
+
+TEST(WritePly, WithColorsAndQualityKeepsTheMesh) {
+    const TemporaryFolder folder;
+    const TriangleMesh mesh = mesh_of_floats();
+    const std::vector<VertexColor> colors(mesh.vertices.size(), {1, 2, 3});
+    const std::vector<float> quality(mesh.vertices.size(), 0.25F);
+    write_ply(folder / "a.ply", mesh, colors, quality);
+    EXPECT_EQ(read_mesh(folder / "a.ply").vertices, mesh.vertices);
+    write_ply(folder / "b.ply", mesh, {}, quality);
+    EXPECT_EQ(read_mesh(folder / "b.ply").vertices, mesh.vertices);
+}
+
+// The bytes the format asks for, written out by hand.
+TEST(WritePly, WritesTheDocumentedBytes) {
+    const TemporaryFolder folder;
+    const TriangleMesh mesh{{{1, 0, -2}, {0, 0, 0}, {0, 1, 0}}, {{2, 0, 1}}};
+    const std::vector<VertexColor> colors{{255, 128, 1}, {0, 0, 0}, {7, 8, 9}};
+    const std::vector<float> quality{1, 0, 0.5F};
+    write_ply(folder / "a.ply", mesh, colors, quality);
+    const std::string one("\0\0\x80\x3f", 4), minus_two("\0\0\0\xc0", 4), half("\0\0\0\x3f", 4),
+        zero(4, '\0');
+    EXPECT_EQ(TemporaryFolder::content(folder / "a.ply"),
+              "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty "
+              "float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar "
+              "blue\nproperty float quality\nelement face 1\nproperty list uchar int "
+              "vertex_indices\nend_header\n" +
+                  one + zero + minus_two + "\xff\x80\x01" + one +     //
+                  zero + zero + zero + std::string(3, '\0') + zero +  //
+                  zero + one + zero + "\x07\x08\x09" + half +         //
+                  "\x03" + std::string("\2\0\0\0\0\0\0\0\1\0\0\0", 12));
+}
+
+TEST(Writers, RefusePositionsThatAreNotFinite) {
+    const TemporaryFolder folder;
+    TriangleMesh mesh = shapes::grid(2, 2);
+    mesh.vertices[2][1] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THAT(thrown_message<NumericalError>([&] { write_obj(folder / "a.obj", mesh); }),
+                HasSubstr("a.obj: vertex 3"));
+    EXPECT_THROW(write_ply(folder / "a.ply", mesh), NumericalError);
+    EXPECT_THAT(folder.names(), IsEmpty());
+}
+
+TEST(Writers, RefuseColorsOfAnotherCount) {
+    const TemporaryFolder folder;
+    const std::vector<float> quality(3);
+    EXPECT_THROW(write_ply(folder / "a.ply", shapes::grid(2, 2), {}, quality), std::logic_error);
+}
+
+}  // namespace
+}  // namespace mscomp
