@@ -33,7 +33,7 @@ struct ConsistencySummary {
 
 /// Replaces principal logarithms r = ω θ (V) by ω (θ + 2π t), t integer, so that
 /// Σ_edges |r_i - r_j|² is small (method §1, consistency); the roots keep their principal one.
-/// Where θ is below 3e-5 a turn goes around the axis that the neighbours have.
+/// Where θ is below 1e-4 a turn goes around the axis that the neighbours have.
 ConsistencySummary make_consistent(const ConsistencyGraph& graph,
                                    std::vector<Eigen::Vector3d>& rotation_vectors);
 

@@ -10,8 +10,8 @@
 namespace mscomp {
 namespace {
 
-// Rotation noise of a file with six digits: a smaller angle says nothing about the axis.
-constexpr double kFreeAngle = 3e-5;
+// A smaller angle says nothing about the axis: rotation noise of a file with six digits.
+constexpr double kFreeAngle = 1e-4;
 
 /// Visits every vertex from the roots, always over the cheapest edge that leads to a new one (ties:
 /// the lowest vertex); visit(from, to) is called once per vertex that is no root.

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/acap/extract.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <mutex>
+
+#include "acap_cases.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
+
+namespace mscomp {
+namespace {
+
+using namespace cases;
+using testing::Contains;
+using testing::HasSubstr;
+constexpr double kPi = std::numbers::pi;
+
+void expect_reference_feature(const FeatureSet& set, double tolerance) {
+    for (int n = 0; n < set.shape_count(); ++n) {
+        for (int i = 0; i < set.vertex_count(); ++i) {
+            EXPECT_LT(largest(rotation_vector(set, i, n)), tolerance);
+            EXPECT_LT(largest(stretch(set, i, n) - Matrix3d::Identity()), tolerance);
+        }
+    }
+}
+
+void expect_finite(const FeatureSet& set) {
+    for (const float value : set.features) ASSERT_TRUE(std::isfinite(value));
+    for (const double value : set.consistency_energy) ASSERT_TRUE(std::isfinite(value));
+}
+
+std::vector<TriangleMesh> plain_meshes() {
+    return {bumpy_sphere(2), shapes::grid(6, 5), shapes::cylinder(8, 5, 1, 3, false)};
+}
+
+TEST(Extract, ReferenceHasItsOwnFeature) {
+    for (const TriangleMesh& mesh : plain_meshes()) {
+        expect_reference_feature(extract_one(mesh, mesh), 1e-6);
+    }
+}
+
+// p -> R p + t: S = I and r = log R everywhere; nothing is left after alignment.
+TEST(Extract, RigidMotionIsOneConstantRotationAndAlignsAway) {
+    const Vector3d r = Vector3d(1, -2, 0.5).normalized() * 2.8;
+    for (const TriangleMesh& mesh : plain_meshes()) {
+        const TriangleMesh shape = mapped(
+            mesh, [&](const Vector3d& p) -> Vector3d { return exp_of(r) * p + Vector3d(4, 5, 6); });
+        const FeatureSet kept = extract_one(mesh, shape, false);
+        for (int i = 0; i < mesh.vertex_count(); ++i) {
+            EXPECT_LT(largest(rotation_vector(kept, i) - r), 1e-6);
+            EXPECT_LT(largest(stretch(kept, i) - Matrix3d::Identity()), 1e-6);
+        }
+        EXPECT_NEAR(kept.consistency_energy[0], 0, 1e-20);
+        expect_reference_feature(extract_one(mesh, shape, true), 1e-6);
+    }
+}
+
+// aligned = rotation * input + translation, and that is what `vertices` holds.
+TEST(Extract, StoresTheMotionOfTheAlignment) {
+    const TriangleMesh mesh = bumpy_sphere(1);
+    const TriangleMesh shape = mapped(mesh, [](const Vector3d& p) -> Vector3d {
+        return rotation_about({1, 1, 0}, 1.0) * wobble(p) + Vector3d(9, 0, 1);
+    });
+    const FeatureSet set = extract_one(mesh, shape, true);
+    const Matrix3d rotation =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(set.rotation[0].data());
+    for (int i = 0; i < mesh.vertex_count(); ++i) {
+        const Vector3d moved = rotation * vec(shape.vertices[at(i)]) + vec(set.translation[0]);
+        const float* stored = set.vertices.data() + 3 * at(i);
+        EXPECT_LT(largest(Vector3d(stored[0], stored[1], stored[2]) - moved), 1e-6);
+    }
+}
+
+// A rotation by exactly π about any axis: finite, |r| = π, one sign for all.
+TEST(Extract, HalfTurnHasOneAxisEverywhere) {
+    const TriangleMesh mesh = bumpy_sphere(2);
+    for (const Vector3d& direction : {Vector3d(0, 0, 1), Vector3d(1, 0, 0), Vector3d(1, 2, -2)}) {
+        const Vector3d axis = direction.normalized();
+        const Matrix3d half_turn = 2 * axis * axis.transpose() - Matrix3d::Identity();
+        const FeatureSet set = extract_one(
+            mesh, mapped(mesh, [&](const Vector3d& p) -> Vector3d { return half_turn * p; }));
+        const Vector3d root = rotation_vector(set, 0);
+        EXPECT_NEAR(root.norm(), kPi, 1e-6);
+        EXPECT_LT(root.cross(axis).norm(), 1e-6);
+        for (int i = 0; i < mesh.vertex_count(); ++i) {
+            EXPECT_LT(largest(rotation_vector(set, i) - root), 1e-6);
+        }
+        EXPECT_LT(set.largest_jump[0], 1e-6);
+    }
+}
+
+// A flat cloth bent to a roll: the rotation of a ring follows the normal.
+TEST(Extract, FlatGridRolledUpTurnsWithItsNormal) {
+    const TriangleMesh flat = shapes::grid(30, 5);
+    const double radius = 6;
+    const TriangleMesh roll = mapped(flat, [=](const Vector3d& p) -> Vector3d {
+        return {radius * std::sin(p.x() / radius), p.y(), radius * (1 - std::cos(p.x() / radius))};
+    });
+    const FeatureSet set = extract_one(flat, roll);
+    for (int x = 1; x < 29; ++x) {
+        for (int y = 1; y < 4; ++y) {
+            const Vector3d wanted(0, -x / radius, 0);  // 4.67 rad at the far end
+            EXPECT_LT(largest(rotation_vector(set, y * 30 + x) - wanted), 1e-5) << x;
+        }
+    }
+}
+
+// x -> -x: det T < 0 is counted and said, S has a negative eigenvalue, nothing is infinite.
+TEST(Extract, MirroredShapeIsFiniteAndReported) {
+    const TriangleMesh mesh = bumpy_sphere(2);
+    const TriangleMesh inside_out = mapped(mesh, [](const Vector3d& p) -> Vector3d { return -p; });
+    TriangleMesh turned = inside_out;
+    const FeatureSet set = extract_one(mesh, turned, true);
+    expect_finite(set);
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("mirrored")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("in 1 of 1 shapes")));
+}
+
+TEST(Extract, PlainShapesGiveNoWarnings) {
+    const TriangleMesh mesh = bumpy_sphere(2);
+    EXPECT_TRUE(extract_one(mesh, mapped(mesh, wobble)).warnings.empty());
+}
+
+TEST(Extract, OddPlacesAreFiniteAndReported) {
+    TriangleMesh mesh = shapes::grid(4, 4);
+    mesh.vertices.push_back({9, 9, 9});  // isolated
+    mesh.vertices.push_back({0.5, 0, 0});
+    mesh.faces.push_back({0, 1, 17});  // no area
+    mesh.faces.push_back({5, 6, 10});  // again, the other way round and over itself
+    mesh.faces.push_back({5, 10, 6});
+    TriangleMesh collapsed = mapped(mesh, wobble);
+    for (const int i : {0, 1, 4, 5}) collapsed.vertices[at(i)] = {1, 1, 1};
+    const TriangleMesh point = mapped(mesh, [](const Vector3d&) { return Vector3d::Zero(); });
+    const FeatureSet set =
+        extract_features(sequence_of({mesh, collapsed, point}), mesh.vertices, {});
+    expect_finite(set);
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("without area carry no weight")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("without faces get the identity")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("faces without area in")));
+    for (int k = 0; k < kFeatureDim; ++k) {
+        EXPECT_EQ(feature(set, 16, 1)[k], kReferenceFeature[at(k)]);
+    }
+}
+
+TEST(Extract, FeaturesDoNotDependOnTheUnit) {
+    const TriangleMesh mesh = bumpy_sphere(2), shape = mapped(mesh, wobble);
+    const FeatureSet one = extract_one(mesh, shape, true);
+    for (const double unit : {1e-8, 1e8}) {
+        const auto scale = [=](const Vector3d& p) -> Vector3d { return unit * p; };
+        const FeatureSet scaled = extract_one(mapped(mesh, scale), mapped(shape, scale), true);
+        for (std::size_t k = 0; k < one.features.size(); ++k) {
+            ASSERT_NEAR(scaled.features[k], one.features[k], 1e-6);
+        }
+    }
+}
+
+// Feature of vertex i = feature of its new number: nothing depends on the order of vertices.
+TEST(Extract, CommutesWithRenumberingTheVertices) {
+    const TriangleMesh mesh = bumpy_sphere(2);
+    const TriangleMesh shape = mapped(mesh, [](const Vector3d& p) -> Vector3d {
+        return rotation_about({0.2, 1, 0}, 3.5 * p.y()) * p;
+    });
+    const std::vector<int> number = CounterRandom(3, 4).permutation(mesh.vertex_count());
+    const auto renumbered = [&](const TriangleMesh& from) {
+        TriangleMesh to = from;
+        for (std::size_t i = 0; i < number.size(); ++i)
+            to.vertices[at(number[i])] = from.vertices[i];
+        for (Face& face : to.faces) {
+            for (int& corner : face) corner = number[at(corner)];
+        }
+        return to;
+    };
+    const FeatureSet plain = extract_one(mesh, shape);
+    const FeatureSet other = extract_one(renumbered(mesh), renumbered(shape));
+    EXPECT_GT(plain.consistency_energy[0], 1);
+    EXPECT_NEAR(plain.consistency_energy[0], other.consistency_energy[0], 1e-9);
+    for (int i = 0; i < mesh.vertex_count(); ++i) {
+        for (int k = 0; k < kFeatureDim; ++k) {
+            ASSERT_NEAR(feature(plain, i)[k], feature(other, number[at(i)])[k], 2e-6);
+        }
+    }
+}
+
+TEST(Extract, IsBitIdenticalForAnyNumberOfThreads) {
+    const TriangleMesh mesh = bumpy_sphere(2);
+    std::vector<TriangleMesh> shapes;
+    for (int n = 0; n < 9; ++n) {
+        shapes.push_back(mapped(mesh, [=](const Vector3d& p) -> Vector3d {
+            return rotation_about({1, 0.1 * n, 0}, 0.9 * n * p.x()) * p;
+        }));
+    }
+    std::vector<FeatureSet> results;
+    for (const int threads : {1, 2, 7}) {
+        set_thread_count(threads);
+        results.push_back(extract_features(sequence_of(shapes), mesh.vertices));
+    }
+    set_thread_count(0);
+    for (const FeatureSet& set : results) {
+        EXPECT_EQ(std::memcmp(set.features.data(), results[0].features.data(),
+                              set.features.size() * sizeof(float)),
+                  0);
+        EXPECT_EQ(set.vertices, results[0].vertices);
+        EXPECT_EQ(set.consistency_energy, results[0].consistency_energy);
+        EXPECT_EQ(set.consistency_gap, results[0].consistency_gap);
+        EXPECT_EQ(set.largest_jump, results[0].largest_jump);
+    }
+}
+
+TEST(Extract, ReportsProgressUpToTheNumberOfShapes) {
+    const TriangleMesh mesh = bumpy_sphere(1);
+    std::vector<int> seen;
+    extract_features(sequence_of({mesh, mesh, mesh, mesh}), mesh.vertices, {},
+                     [&](int done, int total) {
+                         EXPECT_EQ(total, 4);
+                         seen.push_back(done);
+                     });
+    EXPECT_EQ(seen, (std::vector<int>{1, 2, 3, 4}));
+}
+
+TEST(Extract, RefusesShapesOfAnotherSize) {
+    const TriangleMesh mesh = bumpy_sphere(1);
+    TriangleMesh longer = mesh;
+    longer.vertices.push_back({0, 0, 0});
+    EXPECT_THROW(extract_features(sequence_of({mesh, longer}), mesh.vertices), MeshError);
+    EXPECT_THROW(extract_features(sequence_of({mesh}), longer.vertices), MeshError);
+}
+
+}  // namespace
+}  // namespace mscomp

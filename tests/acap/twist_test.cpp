@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// A bar twisted by several turns. Around an inner vertex the twisted mesh is symmetric under the
+// half turn about its radius; hence its rotation is Rz(φ) times a rotation about that radius (the
+// shear of the surface), and its turn about the axis is exactly φ.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "acap_cases.h"
+
+namespace mscomp {
+namespace {
+
+using namespace cases;
+constexpr double kPi = std::numbers::pi;
+constexpr double kLength = 10;
+constexpr int kAround = 12, kRings = 24;
+
+/// Angle about z of a rotation vector, turns included: the twist of s -> exp(s r), followed from 0.
+double turned_about_z(const Vector3d& r) {
+    const double half = r.norm() / 2;
+    if (!(half > 0)) return 0;
+    const double turns = std::round(half / kPi);
+    const double part = half - turns * kPi;
+    const double tilt = r.z() / r.norm();
+    const double angle =
+        2 * std::atan2(std::abs(tilt) * std::sin(part), std::cos(part)) + 2 * kPi * turns;
+    return tilt < 0 ? -angle : angle;
+}
+
+struct Bar {
+    double turns;
+    TriangleMesh reference = shapes::cylinder(kAround, kRings, 0.05, kLength, true);
+    TriangleMesh shape = twisted(reference, turns, kLength);
+
+    double angle(int vertex) const {
+        return 2 * kPi * turns * reference.vertices[at(vertex)][2] / kLength;
+    }
+    bool on_end_ring(int vertex) const {
+        return vertex < kAround || (vertex >= kAround * (kRings - 1) && vertex < kAround * kRings);
+    }
+};
+
+class TwistedBar : public testing::TestWithParam<double> {};
+
+TEST_P(TwistedBar, TurnsAboutItsAxisByTheExactAngleWithTheRightNumberOfTurns) {
+    const Bar bar{GetParam()};
+    const FeatureSet set = extract_one(bar.reference, bar.shape);
+    for (int i = 0; i < bar.reference.vertex_count(); ++i) {
+        const double turned = turned_about_z(rotation_vector(set, i));
+        // The stencil of an end ring looks to one side only: it sees part of the next ring's turn.
+        const double tolerance = bar.on_end_ring(i) ? 0.02 + 0.03 * bar.turns : 4e-6;
+        ASSERT_NEAR(turned, bar.angle(i), tolerance) << "vertex " << i;
+    }
+}
+
+// The centres of the caps turn rigidly: exact feature, although R = I after a full turn.
+TEST_P(TwistedBar, CapCentersTurnRigidly) {
+    const Bar bar{GetParam()};
+    const FeatureSet set = extract_one(bar.reference, bar.shape);
+    const int bottom = kAround * kRings;
+    for (const int center : {bottom, bottom + 1}) {
+        EXPECT_LT(largest(rotation_vector(set, center) - Vector3d(0, 0, bar.angle(center))), 4e-6);
+        EXPECT_LT(largest(stretch(set, center) - Matrix3d::Identity()), 1e-6);
+    }
+}
+
+TEST_P(TwistedBar, EnergyIsProvedLeastAndNotAboveThePrincipalLogarithms) {
+    const Bar bar{GetParam()};
+    const FeatureSet set = extract_one(bar.reference, bar.shape);
+    EXPECT_NEAR(set.consistency_gap[0], 0, 1e-9 * set.consistency_energy[0]);
+}
+
+// By the symmetry, rings at the same distance from the middle carry the same stretch.
+TEST_P(TwistedBar, StretchIsTheSameOnAllInnerRings) {
+    const Bar bar{GetParam()};
+    const FeatureSet set = extract_one(bar.reference, bar.shape);
+    const Vector3d first = stretch(set, kAround).selfadjointView<Eigen::Lower>().eigenvalues();
+    for (int i = kAround; i < kAround * (kRings - 1); ++i) {
+        const Vector3d here = stretch(set, i).selfadjointView<Eigen::Lower>().eigenvalues();
+        ASSERT_LT(largest(here - first), 1e-5) << i;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Turns, TwistedBar, testing::Values(0.5, 1.0, 2.5));
+
+// A thick bar shears so much that beyond a full turn no branch is continuous; the rotation itself
+// is exact all the same.
+TEST(ThickTwistedBar, EveryInnerVertexTurnsByTheExactAngle) {
+    const TriangleMesh reference = shapes::cylinder(16, 21, 1, kLength, true);
+    for (const double turns : {0.5, 1.0, 2.5}) {
+        const FeatureSet set = extract_one(reference, twisted(reference, turns, kLength));
+        for (int i = 16; i < 16 * 20; ++i) {
+            const Eigen::Quaterniond q(exp_of(rotation_vector(set, i)));
+            const double turned = 2 * std::atan2(q.z(), q.w());
+            const double wanted = 2 * kPi * turns * reference.vertices[at(i)][2] / kLength;
+            ASSERT_NEAR(std::remainder(turned - wanted, 2 * kPi), 0, 4e-6) << "vertex " << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mscomp
