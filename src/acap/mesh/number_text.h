@@ -37,30 +37,34 @@ inline constexpr std::array<double, 20> kPowersOfTen{1e0,  1e1,  1e2,  1e3,  1e4
                                                      1e7,  1e8,  1e9,  1e10, 1e11, 1e12, 1e13,
                                                      1e14, 1e15, 1e16, 1e17, 1e18, 1e19};
 
-/// Reads all digits at `at` behind those already in `value` (modulo 2^64) and returns how many,
-/// eight characters in one step: the lengths of numbers vary too much for a loop to be predicted.
+/// Reads all digits at `at` behind those already in `value` (modulo 2^64) and returns how many.
+inline std::ptrdiff_t read_digits_one_by_one(const char*& at, const char* end,
+                                             std::uint64_t& value) {
+    const char* const begin = at;
+    while (at != end && is_digit(*at)) value = 10 * value + static_cast<unsigned>(*at++ - '0');
+    return at - begin;
+}
+
+/// The same, the first eight characters in one step: where lengths vary, a loop over the characters
+/// is mispredicted for every number.
 inline std::ptrdiff_t read_digits(const char*& at, const char* end, std::uint64_t& value) {
     static_assert(std::endian::native == std::endian::little, "the first character comes lowest");
     constexpr std::array<std::uint64_t, 9> powers{1,      10,      100,      1000,     10000,
                                                   100000, 1000000, 10000000, 100000000};
-    const char* const begin = at;
-    while (end - at >= 8) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, at, 8);
-        word ^= 0x3030303030303030U;  // digits become 0 .. 9
-        const std::uint64_t others = (word | (word + 0x7676767676767676U)) & 0x8080808080808080U;
-        const int count = std::countr_zero(others) / 8;
-        if (count == 0) return at - begin;
-        word <<= 64 - 8 * count;  // leading zeros
-        word = (10 * word + (word >> 8)) & 0x00FF00FF00FF00FFU;
-        word = (100 * word + (word >> 16)) & 0x0000FFFF0000FFFFU;
-        word = (10000 * word + (word >> 32)) & 0x00000000FFFFFFFFU;
-        value = powers[static_cast<std::size_t>(count)] * value + word;
-        at += count;
-        if (count < 8) return at - begin;
-    }
-    while (at != end && is_digit(*at)) value = 10 * value + static_cast<unsigned>(*at++ - '0');
-    return at - begin;
+    if (end - at < 8) return read_digits_one_by_one(at, end, value);
+    std::uint64_t word = 0;
+    std::memcpy(&word, at, 8);
+    word ^= 0x3030303030303030U;  // digits become 0 .. 9
+    const std::uint64_t others = (word | (word + 0x7676767676767676U)) & 0x8080808080808080U;
+    const int count = std::countr_zero(others) / 8;
+    // Leading zeros; in two steps, as none may be 64.
+    word = word << (32 - 4 * count) << (32 - 4 * count);
+    word = (10 * word + (word >> 8)) & 0x00FF00FF00FF00FFU;
+    word = (100 * word + (word >> 16)) & 0x0000FFFF0000FFFFU;
+    word = (10000 * word + (word >> 32)) & 0x00000000FFFFFFFFU;
+    value = powers[static_cast<std::size_t>(count)] * value + word;
+    at += count;
+    return count + read_digits_one_by_one(at, end, value);
 }
 
 /// The usual short number, digits and a point: integer and power of ten are both exact doubles, so
@@ -69,9 +73,9 @@ inline bool read_short_number(const char* at, const char* end, NumberText& numbe
     constexpr std::uint64_t largest_exact_integer = std::uint64_t{1} << 53;
     constexpr std::ptrdiff_t digits_that_fit = 19;  // any 19 digits fit 64 bits
     const bool negative = at != end && *at == '-';
-    if (negative) ++at;
+    at += negative ? 1 : 0;
     std::uint64_t digits = 0;
-    std::ptrdiff_t digit_count = read_digits(at, end, digits);
+    std::ptrdiff_t digit_count = read_digits_one_by_one(at, end, digits);
     std::ptrdiff_t decimals = 0;
     if (at != end && *at == '.') {
         decimals = read_digits(++at, end, digits);
@@ -83,7 +87,10 @@ inline bool read_short_number(const char* at, const char* end, NumberText& numbe
     }
     const double size =
         static_cast<double>(digits) / kPowersOfTen[static_cast<std::size_t>(decimals)];
-    number = {NumberText::Kind::finite, negative ? -size : size, at};
+    // Signs cannot be predicted: set the bit instead of choosing.
+    const std::uint64_t sign = std::uint64_t{negative} << 63;
+    number = {NumberText::Kind::finite,
+              std::bit_cast<double>(std::bit_cast<std::uint64_t>(size) | sign), at};
     return true;
 }
 

@@ -17,6 +17,7 @@ namespace {
 constexpr std::array<std::string_view, 16> kSkippedKeywords{
     "vt", "vn", "vp", "g",      "o",      "s",   "usemtl", "mtllib",
     "l",  "p",  "mg", "usemap", "maplib", "lod", "bevel",  "shadow_obj"};
+constexpr std::ptrdiff_t kDigitsThatFit = 18;  // a signed number of 64 bits holds any of them
 constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
@@ -58,10 +59,10 @@ class ObjReader {
         const bool one_letter = is_blank(second) || is_line_end(second) || is_continuation(at_ + 1);
         if (*at_ == 'v' && one_letter) {
             ++at_;
-            read_vertex();
+            if (!read_plain_vertex()) read_vertex();
         } else if (*at_ == 'f' && one_letter) {
             ++at_;
-            read_face();
+            if (!read_plain_triangle()) read_face();
         } else if (*at_ == '#') {
             skip_comment();
         } else {
@@ -77,6 +78,45 @@ class ObjReader {
                              quoted(keyword), fmt::join(kSkippedKeywords, " ")));
         }
         skip_statement();
+    }
+
+    /// The usual line, three short numbers and nothing else, without the detours of read_vertex.
+    bool read_plain_vertex() {
+        const char* at = at_;
+        Point point;
+        for (double& coordinate : point) {
+            while (at != end_ && is_blank(*at)) ++at;
+            NumberText number;
+            if (!detail::read_short_number(at, end_, number)) return false;
+            coordinate = number.value;
+            at = number.end;
+            if (at == end_ || !(is_blank(*at) || is_line_end(*at))) return false;
+        }
+        if (!is_line_end(*at)) return false;
+        at_ = at;
+        mesh_.vertices.push_back(point);
+        return true;
+    }
+
+    /// Likewise three plain indices of vertices already read.
+    bool read_plain_triangle() {
+        const char* at = at_;
+        std::array<int, 3> corners;
+        for (int& corner : corners) {
+            while (at != end_ && is_blank(*at)) ++at;
+            std::uint64_t index = 0;
+            const std::ptrdiff_t count = detail::read_digits(at, end_, index);
+            if (count == 0 || count > kDigitsThatFit || index - 1 >= mesh_.vertices.size() ||
+                at == end_ || !(is_blank(*at) || is_line_end(*at))) {
+                return false;
+            }
+            corner = static_cast<int>(index - 1);
+        }
+        if (!is_line_end(*at)) return false;
+        at_ = at;
+        mesh_.corners.insert(mesh_.corners.end(), corners.begin(), corners.end());
+        mesh_.ends.push_back(mesh_.corners.size());
+        return true;
     }
 
     void read_vertex() {
@@ -168,9 +208,9 @@ class ObjReader {
         std::uint64_t size = 0;
         const std::ptrdiff_t count = detail::read_digits(digits, end_, size);
         if (count == 0) return false;
-        // Beyond any vertex count and, like all up to 18 digits, far from an overflow.
+        // Beyond any vertex count.
         constexpr std::int64_t huge = 999'999'999'999'999'999;
-        value = count > 18 ? huge : static_cast<std::int64_t>(size);
+        value = count > kDigitsThatFit ? huge : static_cast<std::int64_t>(size);
         if (negative) value = -value;
         at = digits;
         return true;
