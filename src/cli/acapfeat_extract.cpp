@@ -68,12 +68,13 @@ Input read_input(const ExtractCommand& options) {
         input.reference = input.sequence.shapes[index];
         return input;
     }
-    // Read as the first of the sequence, the reference file sets the connectivity for all.
-    paths.insert(paths.begin(), text);
+    // Read along with the sequence, the reference has to have the same connectivity; read as its
+    // last, it takes no name away from a shape.
+    paths.push_back(text);
     Input input{read_sequence(paths), {}};
-    input.reference = std::move(input.sequence.shapes.front());
-    input.sequence.shapes.erase(input.sequence.shapes.begin());
-    input.sequence.names.erase(input.sequence.names.begin());
+    input.reference = std::move(input.sequence.shapes.back());
+    input.sequence.shapes.pop_back();
+    input.sequence.names.pop_back();
     return input;
 }
 

@@ -18,12 +18,11 @@ void setup_generate(CLI::App& app) {
         ->required()
         ->check(CLI::IsMember({"arm"}));
     command->add_option("-o,--output", options->output, "Folder to write it to")->required();
-    command->add_option("--frames", options->frames, "Number of shapes")
-        ->check(CLI::Range(1, 1000000))
+    command
+        ->add_option("--frames", options->frames, "Number of shapes, the undeformed one included")
         ->capture_default_str();
     command->add_option("--seed", options->seed, "Which motion")->capture_default_str();
     command->add_option("--vertices", options->vertices, "Vertices at least")
-        ->check(CLI::Range(100, 10000000))
         ->capture_default_str();
     add_force(*command, options->common);
     add_quiet(*command, options->common);
