@@ -93,7 +93,7 @@ void add_threads(CLI::App& command, CommonOptions& options) {
 }
 
 void set_example(CLI::App& command, const std::string& example) {
-    command.footer("\nExample:\n  " + example);
+    command.footer("Example:\n  " + example);
 }
 
 }  // namespace mscomp
