@@ -33,7 +33,7 @@ double smooth_step(double s, double from, double to) {
 double radians(double degrees) { return degrees * kPi / 180; }
 
 // ---------------------------------------------------------------------------------------------
-// The limb at rest: straight along z, the palm's width along x, the front of the elbow at +y.
+// The limb at rest: straight up along z, the front of the elbow at -y, the hand's width along y.
 
 /// Half axes of the cross-section at height s.
 Eigen::Vector2d section(double s) {
@@ -41,14 +41,14 @@ Eigen::Vector2d section(double s) {
         const double x = (s - center) / width;
         return height * std::exp(-x * x);
     };
-    const double limb = 0.46 + 0.34 * (1 - smooth_step(s, 1.0, 9.2)) + swelling(2.6, 1.3, 0.12) +
+    const double limb = 0.42 + 0.38 * (1 - smooth_step(s, 1.0, 9.2)) + swelling(2.6, 1.3, 0.12) +
                         swelling(6.0, 1.2, 0.14);
     const double hand = smooth_step(s, 9.4, 10.6);
     const double rounding_start = std::sqrt(std::max(0.0, 1 - std::pow(1 - std::min(s, 1.0), 2)));
     const double from_end = std::min((kLength - s) / 0.9, 1.0);
     const double rounding =
         rounding_start * std::sqrt(std::max(0.0, 1 - std::pow(1 - from_end, 2)));
-    return {rounding * (limb + 0.18 * hand), rounding * (limb - 0.13 * hand)};
+    return {rounding * (limb - 0.13 * hand), rounding * (limb + 0.28 * hand)};
 }
 
 struct Ring {
@@ -60,7 +60,7 @@ struct Limb {
     TriangleMesh mesh;          // at rest
     std::vector<Ring> rings;    // both poles are rings of one vertex
     std::vector<int> ring_of;   // (V)
-    std::vector<double> angle;  // (V) around the axis, 0 at +x, pi/2 at the front
+    std::vector<double> angle;  // (V) around the axis, 0 at +x, pi/2 at +y
     std::vector<Vector3d> normal;
 };
 
@@ -212,48 +212,46 @@ struct Swelling {
     double height;
     double waves;  // 0 for a bulge, else along the patch
 
-    double profile(double s, double arc) const {
-        const double x = (s - height_at) / half_length, y = arc / half_width;
-        const double distance = std::hypot(x, y);
-        if (distance >= 1) return 0;
-        const double window = std::pow(std::cos(kPi / 2 * distance), 2);
-        return waves > 0 ? window * std::cos(kPi * waves * x) : window;
+    /// 1 in the middle of the patch, 0 outside it.
+    double window(double s, double arc) const {
+        const double distance = std::hypot((s - height_at) / half_length, arc / half_width);
+        return distance < 1 ? std::pow(std::cos(kPi / 2 * distance), 2) : 0;
     }
+    double wave(double s) const { return std::cos(kPi * waves * (s - height_at) / half_length); }
 };
 
 const std::vector<Turn>& turns() {
     static const std::vector<Turn> all{
-        {"shoulder_lift", -Vector3d::UnitX(), 35, 0.9, 2.3, -1, false},
+        {"shoulder_lift", Vector3d::UnitX(), 35, 0.9, 2.3, -1, false},
         {"shoulder_swing", Vector3d::UnitY(), 30, 0.9, 2.3, -1, false},
-        {"elbow_bend", -Vector3d::UnitX(), 120, 3.5, 5.9, 0, false},
+        {"elbow_bend", Vector3d::UnitX(), 120, 3.5, 5.9, 0, false},
         {"forearm_twist", Vector3d::UnitZ(), 270, 5.7, 9.2, -0.3, true},
-        {"wrist_bend", -Vector3d::UnitX(), 55, 9.1, 10.2, -1, false}};
+        {"wrist_bend", Vector3d::UnitY(), 55, 9.1, 10.2, -1, false}};
     return all;
 }
 
 const std::vector<Swelling>& swellings() {
-    static const std::vector<Swelling> all{{"biceps", 2.8, 90, 1.2, 0.75, 0.26, 0},
-                                           {"triceps", 2.5, 270, 1.1, 0.7, 0.2, 0},
-                                           {"flexor", 6.5, 60, 0.9, 0.6, 0.18, 0},
-                                           {"extensor", 6.9, 250, 0.9, 0.6, 0.18, 0},
-                                           {"knuckles", 10.9, 270, 0.5, 0.5, 0.14, 0},
-                                           {"ripple_upper_arm", 3.0, 0, 1.2, 0.6, 0.1, 3},
-                                           {"ripple_forearm", 7.2, 160, 1.1, 0.55, 0.09, 3}};
+    static const std::vector<Swelling> all{{"biceps", 2.8, 265, 1.2, 0.65, 0.26, 0},
+                                           {"triceps", 2.4, 125, 1.1, 0.6, 0.2, 0},
+                                           {"flexor", 6.4, 245, 0.9, 0.52, 0.18, 0},
+                                           {"extensor", 6.7, 160, 0.9, 0.5, 0.18, 0},
+                                           {"knuckles", 10.9, 180, 0.5, 0.5, 0.14, 0},
+                                           {"ripple_upper_arm", 3.2, 195, 1.1, 0.5, 0.1, 3},
+                                           {"ripple_forearm", 8.1, 205, 0.8, 0.42, 0.08, 2}};
     return all;
 }
 
-/// (V) signed height of a swelling at full weight, relative to its highest place.
-std::vector<double> profile_of(const Limb& limb, const Swelling& swelling) {
-    std::vector<double> profile;
-    double highest = 0;
+/// (V) how much of a swelling reaches each vertex: 1 at its middle, 0 outside it.
+std::vector<double> window_of(const Limb& limb, const Swelling& swelling) {
+    std::vector<double> window;
     for (std::size_t i = 0; i < limb.angle.size(); ++i) {
         const Point& p = limb.mesh.vertices[i];
         const double turn = std::remainder(limb.angle[i] - radians(swelling.degrees_at), 2 * kPi);
-        profile.push_back(swelling.profile(p[2], turn * std::hypot(p[0], p[1])));
-        highest = std::max(highest, std::abs(profile.back()));
+        window.push_back(swelling.window(p[2], turn * std::hypot(p[0], p[1])));
     }
-    for (double& value : profile) value /= highest;
-    return profile;
+    const double highest = *std::max_element(window.begin(), window.end());
+    for (double& value : window) value /= highest;
+    return window;
 }
 
 /// Frames of all rings when each turn has the given angle: the axis is carried along, so that bends
@@ -311,18 +309,21 @@ std::vector<float> draw_weights(int frames, std::uint64_t seed) {
     return weights;
 }
 
-std::vector<Point> pose(const Limb& limb, const std::vector<std::vector<double>>& profiles,
+std::vector<Point> pose(const Limb& limb, const std::vector<std::vector<double>>& windows,
                         const float* weights) {
     std::vector<double> angles;
-    for (const Turn& turn : turns()) angles.push_back(*weights++ * radians(turn.degrees));
+    for (const Turn& turn : turns()) {
+        angles.push_back(static_cast<double>(*weights++) * radians(turn.degrees));
+    }
     const std::vector<Eigen::Isometry3d> frames = ring_frames(limb, angles);
     std::vector<Point> points(limb.angle.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
-        double height = 0;
-        for (std::size_t k = 0; k < profiles.size(); ++k) {
-            height += static_cast<double>(weights[k]) * swellings()[k].height * profiles[k][i];
-        }
         const Point& p = limb.mesh.vertices[i];
+        double height = 0;
+        for (std::size_t k = 0; k < windows.size(); ++k) {
+            const Swelling& one = swellings()[k];
+            height += static_cast<double>(weights[k]) * one.height * windows[k][i] * one.wave(p[2]);
+        }
         const Vector3d local = Vector3d(p[0], p[1], 0) + height * limb.normal[i];
         Eigen::Map<Vector3d>(points[i].data()) =
             frames[static_cast<std::size_t>(limb.ring_of[i])] * local;
@@ -346,13 +347,13 @@ GeneratedSequence generate_arm(int frames, std::uint64_t seed, int vertices) {
             result.supports.push_back(static_cast<float>(turn.share(p[2])));
         }
     }
-    std::vector<std::vector<double>> profiles;
+    std::vector<std::vector<double>> windows;
     for (const Swelling& swelling : swellings()) {
         result.component_names.emplace_back(swelling.name);
         result.scales.push_back(1);
-        profiles.push_back(profile_of(limb, swelling));
-        for (const double value : profiles.back()) {
-            result.supports.push_back(static_cast<float>(std::abs(value)));
+        windows.push_back(window_of(limb, swelling));
+        for (const double value : windows.back()) {
+            result.supports.push_back(static_cast<float>(value));
         }
     }
     result.weights = draw_weights(frames, seed);
@@ -362,7 +363,7 @@ GeneratedSequence generate_arm(int frames, std::uint64_t seed, int vertices) {
     parallel_for(frames, [&](std::int64_t n) {
         const auto at = static_cast<std::size_t>(n);
         result.sequence.shapes[at] =
-            pose(limb, profiles, result.weights.data() + at * result.component_names.size());
+            pose(limb, windows, result.weights.data() + at * result.component_names.size());
     });
     return result;
 }

@@ -17,7 +17,7 @@ struct GeneratedSequence {
     std::vector<float> weights;                // (N,K) in [-1, 1]; 0 in frame 0
     /// (K,V) in [0, 1]: how much of component k reaches vertex i. For a joint or a twist the share
     /// of its rotation that the vertex takes part in (0 before the joint, 1 beyond it), for a bulge
-    /// or a ripple its height relative to the highest. Exactly 0 outside the support.
+    /// or a ripple the height of its envelope relative to the highest. Exactly 0 outside.
     std::vector<float> supports;
 
     int component_count() const { return static_cast<int>(component_names.size()); }
