@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "consistency.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "acap_cases.h"
 #include "rotation.h"
@@ -94,6 +97,89 @@ TEST(Consistency, NeverWorseThanItsStartsAndAlwaysALogarithm) {
         for (std::size_t i = 0; i < after.size(); ++i) {
             ASSERT_LT(largest(exp_of(after[i]) - exp_of(before[i])), 1e-12);
         }
+    }
+}
+
+// The result is the best of the three starts, each polished by itself.
+TEST(Consistency, KeepsTheBestOfAllStarts) {
+    const TriangleMesh mesh = shapes::icosphere(2);
+    const ConsistencyGraph graph = graph_of(mesh);
+    std::array<int, 3> wins{};
+    for (std::uint64_t seed = 80; seed < 110; ++seed) {
+        Draws draws(seed);
+        Field r = random_logs(draws, mesh.vertex_count(), 3.0);
+        const TurnProblem problem(graph, r);
+        const std::vector<int> orientation = problem.orientation();
+        std::array<TurnProblem::Turns, 3> starts{TurnProblem::Turns(r.size(), 0),
+                                                 problem.propagated(), relaxed_turns(problem)};
+        std::array<double, 3> energies{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            polish_vertices(problem, starts[k]);
+            polish_clusters(problem, orientation, starts[k]);
+            energies[k] = problem.energy(starts[k]);
+        }
+        const auto best = std::min_element(energies.begin(), energies.end());
+        ++wins[static_cast<std::size_t>(best - energies.begin())];
+        const Vector3d root = r[0];
+        EXPECT_NEAR(make_consistent(graph, r).energy, *best, 1e-9) << "seed " << seed;
+        EXPECT_EQ(r[0], root) << "the root keeps its principal logarithm";
+    }
+    EXPECT_THAT(wins, testing::Each(testing::Gt(0))) << "a start that never matters";
+}
+
+// Spanning the whole mesh by short steps is exact where the field is smooth.
+TEST(Consistency, PropagationAloneRecoversASmoothField) {
+    const TriangleMesh mesh = shapes::grid(30, 4);
+    Field truth;
+    for (const Point& p : mesh.vertices)
+        truth.push_back((0.5 * p[0] + 0.1 * p[1]) * Vector3d::UnitX());
+    const ConsistencyGraph graph = graph_of(mesh);
+    const Field logs = principal(truth);
+    const TurnProblem problem(graph, logs);
+    const TurnProblem::Turns turns = problem.propagated();
+    for (int i = 0; i < mesh.vertex_count(); ++i) {
+        ASSERT_LT(largest(problem.rotation_vector(i, turns[at(i)]) - truth[at(i)]), 1e-12);
+    }
+    EXPECT_NEAR(problem.energy(turns), problem.lower_bound(), 1e-9);
+}
+
+// Where nothing turns fully, the smallest rotations stay exactly what they are.
+TEST(Consistency, SmallRotationsBesideLargeOnesAreUntouched) {
+    const TriangleMesh mesh = shapes::grid(6, 6);
+    Draws draws(8);
+    Field r;
+    for (const Point& p : mesh.vertices) {
+        r.push_back(p[0] < 3 ? Vector3d(2e-5 * draws.vector()) : Vector3d(0.1, 0, p[1]) * 0.2);
+    }
+    const Field before = r;
+    make_consistent(graph_of(mesh), r);
+    EXPECT_EQ(r, before);
+}
+
+// One edge alone: its bound is the least over all pairs of turns in a wide window.
+TEST(Consistency, BoundOfAnEdgeIsItsLeastEnergyOverAllTurns) {
+    ConsistencyGraph pair;
+    pair.rings.offsets = {0, 1, 2};
+    pair.rings.neighbors = {1, 0};
+    pair.edges = {{0, 1}};
+    pair.component = {0, 0};
+    pair.roots = {0};
+    Draws draws(9);
+    for (int trial = 0; trial < 500; ++trial) {
+        const double near = std::pow(10.0, -3 * std::abs(draws.next()));
+        const Vector3d axis = draws.vector().normalized();
+        const Vector3d other =
+            (axis * (draws.next() > 0 ? 1 : -1) + near * draws.vector()).normalized();
+        const Field logs{kPi * std::abs(draws.next()) * axis, kPi * std::abs(draws.next()) * other};
+        double least = std::numeric_limits<double>::infinity();
+        for (int s = -6; s <= 6; ++s) {
+            for (int t = -6; t <= 6; ++t) {
+                const Vector3d a = logs[0] + 2 * kPi * s * logs[0].normalized();
+                const Vector3d b = logs[1] + 2 * kPi * t * logs[1].normalized();
+                least = std::min(least, (a - b).squaredNorm());
+            }
+        }
+        EXPECT_NEAR(TurnProblem(pair, logs).lower_bound(), least, 1e-10);
     }
 }
 
