@@ -2,6 +2,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
+
+#include "mscomp/cli/program.h"
 
 namespace CLI {
 class App;
@@ -14,5 +17,43 @@ struct InitOptions {
 };
 void setup_init(CLI::App& app);
 void run_init(const InitOptions& options);
+
+struct TrainOptions {
+    std::string config;
+    std::string output;  // run folder; empty: the name of the config with .run
+    std::vector<std::string> overrides;
+    bool resume = false;
+    CommonOptions common;
+};
+void setup_train(CLI::App& app);
+void run_train(const TrainOptions& options);
+
+struct RunInfoOptions {
+    std::string run;
+    CommonOptions common;
+};
+void setup_run_info(CLI::App& app);
+void run_run_info(const RunInfoOptions& options);
+
+struct ExportOptions {
+    std::string run;
+    std::string output;
+    bool all = false;  // dropped components too
+    int tile = 300;    // pixels of one picture in the contact sheet
+    CommonOptions common;
+};
+void setup_export(CLI::App& app);
+void run_export(const ExportOptions& options);
+
+struct DecodeOptions {
+    std::string run;
+    std::string features;
+    std::string output;
+    std::string split = "all";  // all | train | test
+    int levels = 0;             // 0: all
+    CommonOptions common;
+};
+void setup_decode(CLI::App& app);
+void run_decode(const DecodeOptions& options);
 
 }  // namespace mscomp

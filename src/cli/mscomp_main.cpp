@@ -9,5 +9,9 @@ int main(int argc, char** argv) {
                  "mscomp");
     mscomp::setup_program(app);
     mscomp::setup_init(app);
+    mscomp::setup_train(app);
+    mscomp::setup_run_info(app);
+    mscomp::setup_export(app);
+    mscomp::setup_decode(app);
     return mscomp::run_program(app, argc, argv);
 }

@@ -86,6 +86,7 @@ void StackedModel<T>::add_level(int index, const LossConfig& loss, Var x, std::v
     level.output = mesh_conv(tape_, rings_, decoded, parameter(level.decoder_w_own),
                              parameter(level.decoder_w_ring), parameter(level.decoder_bias),
                              config_.tied == Tied::transpose, Activation::tanh);
+    if (!options_.losses) return;
     level.reconstruction = squared_error(tape_, x, level.output, lane_mask_);
     level.sparsity =
         group_sparsity(tape_, weights, inner_distances_, level.range, options_.sparsity_gradient);

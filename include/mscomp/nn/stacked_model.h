@@ -34,6 +34,7 @@ class StackedModel {
         int batch = 256;                 // most shapes of a forward pass
         bool sparsity_gradient = false;  // false where the proximal step handles sparsity
         bool input_gradient = false;     // for checks
+        bool losses = true;  // false: encode and decode only, no distances are asked for
     };
     /// What one level consists of. Parameters are named level<l>.<what>.
     struct Level {
@@ -53,6 +54,7 @@ class StackedModel {
     const ModelConfig& config() const { return config_; }
     const VertexOrder& order() const { return order_; }
     ParameterSet<T>& parameters() { return parameters_; }
+    const ParameterSet<T>& parameters() const { return parameters_; }
     Tape<T>& tape() { return tape_; }
     const std::vector<Level>& levels() const { return levels_; }
     /// Distances in inner numbering, for starts and proximal steps.

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/acap/reconstruct.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/cli/interrupt.h"
+#include "mscomp/cli/outputs.h"
+#include "mscomp/cli/progress.h"
+#include "mscomp/nn/components.h"
+#include "mscomp/render/render.h"
+#include "mscomp_commands.h"
+#include "trained_run.h"
+
+namespace mscomp {
+namespace {
+
+/// A component as a mesh with where it acts, (V): |difference| in unscaled features.
+struct DeformedShape {
+    TriangleMesh mesh;
+    std::vector<float> amount;
+    float peak = 0;
+};
+
+DeformedShape deformed_shape(const nn::Component& component, const TriangleMesh& reference,
+                             const PoissonReconstruction& poisson) {
+    DeformedShape shape;
+    std::vector<float> features = component.difference;
+    for (std::size_t i = 0; i < features.size(); ++i) {
+        if (i % kFeatureDim == 0) {
+            float square = 0;
+            for (std::size_t c = 0; c < kFeatureDim; ++c)
+                square += features[i + c] * features[i + c];
+            shape.amount.push_back(std::sqrt(square));
+            shape.peak = std::max(shape.peak, shape.amount.back());
+        }
+        features[i] += kReferenceFeature[i % kFeatureDim];
+    }
+    shape.mesh = {poisson.solve(features), reference.faces};
+    return shape;
+}
+
+std::vector<std::array<float, 3>> colors_of(const DeformedShape& shape) {
+    std::vector<std::array<float, 3>> colors;
+    for (const float amount : shape.amount) {
+        colors.push_back(white_to_blue(shape.peak > 0 ? amount / shape.peak : 0));
+    }
+    return colors;
+}
+
+void write_component_ply(const std::string& path, const DeformedShape& shape) {
+    std::vector<VertexColor> colors;
+    const auto byte = [](float x) { return static_cast<std::uint8_t>(std::lround(255 * x)); };
+    for (const auto& color : colors_of(shape)) {
+        colors.push_back({byte(color[0]), byte(color[1]), byte(color[2])});
+    }
+    write_ply(path, shape.mesh, colors, shape.amount);
+}
+
+/// "level1_3.2.ply": sorts coarse to fine.
+std::string file_name(const nn::Component& component) {
+    return fmt::format("level{}_{}.ply", component.level, component.id);
+}
+
+nlohmann::ordered_json describe(const nn::Component& c, int vertices, bool has_file) {
+    nlohmann::ordered_json json{{"id", c.id},
+                                {"level", c.level},
+                                {"parent", c.parent},
+                                {"center_vertex", c.center},
+                                {"strength", c.strength},
+                                {"kept", c.kept},
+                                {"reason", c.reason},
+                                {"code_min", c.code_min},
+                                {"code_max", c.code_max},
+                                {"code_reference", c.code_reference},
+                                {"code_end", c.code_end},
+                                {"support_vertices", c.support},
+                                {"support", static_cast<double>(c.support) / vertices},
+                                {"localization_radius", c.localization_radius}};
+    if (c.parent.empty()) json["parent"] = nullptr;
+    if (c.reason.empty()) json["reason"] = nullptr;
+    json["file"] =
+        has_file ? nlohmann::ordered_json(file_name(c)) : nlohmann::ordered_json(nullptr);
+    return json;
+}
+
+std::string scale_name(std::size_t level, std::size_t levels) {
+    if (levels == 1) return "one level";
+    return level == 0 ? "coarse" : level + 1 == levels ? "fine" : "middle";
+}
+
+}  // namespace
+
+void setup_export(CLI::App& app) {
+    const auto options = std::make_shared<ExportOptions>();
+    CLI::App* command = app.add_subcommand(
+        "export-components", "Write the learnt components as coloured meshes and one picture");
+    command->add_option("RUN", options->run, "Run folder or model file")->required();
+    command->add_option("-o,--output", options->output, "Folder to write to")->required();
+    command->add_flag("--all", options->all, "Also components that the redundancy filter drops");
+    command->add_option("--tile", options->tile, "Pixels per side of one component in overview.png")
+        ->check(CLI::Range(64, 1024))
+        ->capture_default_str();
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_json(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "mscomp export-components swing.run -o components");
+    command->callback([options] { run_export(*options); });
+}
+
+void run_export(const ExportOptions& options) {
+    require_free_folder(options.output, options.common.force);
+    TrainedRun run = open_run(options.run, 1);
+    const nn::ModelContext& context = run.context();
+    const int vertices = context.reference.vertex_count();
+    const std::vector<nn::Component> components =
+        nn::extract_components(*run.model, run.file.codes(), run.scaled_reference(), context.factor,
+                               run.config.filter, *run.distances);
+    const PoissonReconstruction poisson(context.reference, parse_edge_weights(context.weights));
+    create_folder(options.output);
+
+    const View view = fit_view(context.reference.vertices);
+    const std::vector<std::array<float, 3>> plain(static_cast<std::size_t>(vertices),
+                                                  white_to_blue(0));
+    std::vector<SheetTile> tiles{
+        {render_mesh(context.reference, plain, view, options.tile, options.tile), "reference", 0}};
+    std::vector<std::string> headings{"Reference"};
+    const std::size_t levels = run.model->levels().size();
+    for (std::size_t l = 0; l < levels; ++l) {
+        headings.push_back(fmt::format(
+            "Level {} ({}), mean support {:.0f} % of the vertices", l, scale_name(l, levels),
+            100 * nn::mean_support(components, static_cast<int>(l), vertices)));
+    }
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    Progress progress("export", static_cast<std::int64_t>(components.size()),
+                      progress_options(options.common.quiet));
+    int kept = 0, written = 0;
+    for (const nn::Component& component : components) {
+        throw_if_interrupted("interrupted; some components are written, components.json is not");
+        const bool has_file = component.kept || options.all;
+        list.push_back(describe(component, vertices, has_file));
+        kept += component.kept ? 1 : 0;
+        if (has_file) {
+            const DeformedShape shape = deformed_shape(component, context.reference, poisson);
+            write_component_ply(fmt::format("{}/{}", options.output, file_name(component)), shape);
+            tiles.push_back(
+                {render_mesh(shape.mesh, colors_of(shape), view, options.tile, options.tile),
+                 fmt::format("{}  {:.0f} %", component.id, 100.0 * component.support / vertices),
+                 component.level + 1});
+            ++written;
+        }
+        progress.update(static_cast<std::int64_t>(list.size()));
+    }
+    nlohmann::ordered_json report{{"run", options.run},
+                                  {"kind", run.config.model.kind},
+                                  {"vertices", vertices},
+                                  {"kept", kept},
+                                  {"components", list}};
+    write_file(options.output + "/components.json", report.dump(2) + "\n");
+    write_png(options.output + "/overview.png",
+              contact_sheet(tiles, headings,
+                            fmt::format("{} components of {}", kept,
+                                        std::filesystem::path(context.source).stem().string()),
+                            8));
+    if (options.common.json) {
+        fmt::print("{}\n", report.dump(2));
+        return;
+    }
+    fmt::print("{}/overview.png: {} of {} components kept\n", options.output, kept,
+               components.size());
+    fmt::print("{}/components.json and {} PLY files\n", options.output, written);
+}
+
+}  // namespace mscomp

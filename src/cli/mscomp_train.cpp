@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "mscomp/acap/feature_file.h"
+#include "mscomp/acap/feature_scaler.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/cli/config_file.h"
+#include "mscomp/cli/interrupt.h"
+#include "mscomp/cli/outputs.h"
+#include "mscomp/cli/progress.h"
+#include "mscomp/cli/split.h"
+#include "mscomp/nn/trainer.h"
+#include "mscomp_commands.h"
+#include "trained_run.h"
+#include "training_log.h"
+
+namespace mscomp {
+namespace {
+
+/// Everything a training run works on, in the order it is made.
+struct TrainingSetup {
+    nn::Config config;
+    FeatureSet set;  // features scaled in place
+    nn::ModelContext context;
+    std::unique_ptr<NormalizedGeodesics> distances;
+    std::unique_ptr<nn::StackedModel<float>> model;
+};
+
+std::string run_folder(const TrainOptions& options) {
+    if (!options.output.empty()) return options.output;
+    return std::filesystem::path(options.config).replace_extension(".run").string();
+}
+
+nn::Config effective_config(const TrainOptions& options) {
+    nn::Config config = read_config(options.config, options.overrides);
+    const std::string folder = std::filesystem::path(options.config).parent_path().string();
+    // The run folder lies elsewhere: what was relative to the config has to be found from there.
+    const auto anchored = [&](const std::string& path) {
+        return std::filesystem::absolute(path_from(folder, path)).lexically_normal().string();
+    };
+    config.data.features = anchored(config.data.features);
+    if (!config.data.split.path.empty()) config.data.split.path = anchored(config.data.split.path);
+    return config;
+}
+
+/// The configuration as far as it shapes the result: how long and how often saved may change.
+std::string comparable(nn::Config config) {
+    config.train.epochs = 1;
+    config.train.checkpoint_every = 1;
+    config.filter = {};
+    return write_config(config, false);
+}
+
+void require_same_config(const nn::ModelFile& file, const nn::Config& config,
+                         const std::string& run) {
+    if (comparable(parse_config(file.context().config, checkpoint_path(run))) ==
+        comparable(config)) {
+        return;
+    }
+    throw UsageError(
+        fmt::format("{} was trained with another configuration (see {}); --resume may only change "
+                    "train.epochs, train.checkpoint_every and filter",
+                    run, config_path(run)));
+}
+
+TrainingSetup prepare(const nn::Config& config, const std::string& run, LineFile& log) {
+    TrainingSetup setup;
+    setup.config = config;
+    setup.set = read_features(config.data.features);
+    const Split split = resolve_split(config.data.split, setup.set.shape_count(), "");
+    if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
+    const FeatureScaler scaler =
+        FeatureScaler::fit(setup.set, split.train,
+                           config.data.center == nn::Scaling::minmax ? FeatureCenter::minmax
+                                                                     : FeatureCenter::reference);
+    scaler.scale(setup.set.features);
+
+    const HeatGeodesics geodesics(setup.set.reference);
+    const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
+    setup.distances = make_distances(setup.set.reference, normalizer);
+    setup.context.config = write_config(config, false);
+    setup.context.source = config.data.features;
+    setup.context.weights = setup.set.weights;
+    setup.context.reference = setup.set.reference;
+    setup.context.offset = scaler.offset;
+    setup.context.factor = scaler.factor;
+    setup.context.largest_distance = normalizer.largest_distance;
+    setup.context.largest_distance_exact = normalizer.exact;
+    setup.context.train_shapes = split.train;
+    setup.context.test_shapes = split.test;
+    setup.model = std::make_unique<nn::StackedModel<float>>(
+        config.model, config.loss,
+        one_rings_of_faces(setup.set.vertex_count(), setup.set.reference.faces), *setup.distances,
+        nn::training_options(config, static_cast<int>(split.train.size())));
+
+    log.append(fmt::format("{}: {} shapes ({} train), {} vertices; run folder {}",
+                           config.data.features, setup.set.shape_count(), split.train.size(),
+                           setup.set.vertex_count(), run));
+    log.append(fmt::format("largest geodesic distance {:.6g} ({})", normalizer.largest_distance,
+                           normalizer.exact ? "exact" : "lower bound"));
+    for (const FeatureExtreme& extreme : scaler.extremes) {
+        log.append(
+            fmt::format("extreme of the training features: channel {} is {:.6g} in {} at "
+                        "vertex {}",
+                        extreme.channel, extreme.value,
+                        setup.set.names[static_cast<std::size_t>(extreme.shape)], extreme.vertex));
+    }
+    return setup;
+}
+
+/// Saves run state: rows and log first, so that the checkpoint never claims more than they hold.
+void save(const std::string& run, TrainingSetup& setup, nn::Trainer& trainer, MetricsFile& metrics,
+          LineFile& log) {
+    metrics.sync();
+    nn::write_model(checkpoint_path(run), *setup.model, setup.context, trainer.state(),
+                    trainer.codes());
+    log.append(fmt::format("saved at epoch {}, step {}, loss {:.6g}", trainer.state().epoch,
+                           trainer.state().step, trainer.state().total));
+    log.sync();
+}
+
+std::string how_to_go_on(const TrainOptions& options, const std::string& run,
+                         const nn::Trainer& trainer) {
+    std::string command = fmt::format("mscomp train {} -o {}", options.config, run);
+    for (const std::string& set : options.overrides) command += fmt::format(" --set '{}'", set);
+    return fmt::format("interrupted after epoch {}, saved; go on with: {} --resume",
+                       trainer.state().epoch, command);
+}
+
+void train(const TrainOptions& options, const std::string& run, TrainingSetup& setup,
+           nn::Trainer& trainer, LineFile& log) {
+    constexpr std::chrono::seconds kLongestUnsaved{120};
+    const nn::TrainConfig& plan = setup.config.train;
+    MetricsFile metrics(metrics_path(run), static_cast<int>(setup.config.model.levels.size()),
+                        trainer.state().epoch);
+    Progress progress("train", plan.epochs,
+                      progress_options(options.common.quiet, trainer.state().epoch));
+    auto saved_at = std::chrono::steady_clock::now();
+    while (trainer.state().epoch < plan.epochs) {
+        const nn::EpochReport report = trainer.run_epoch();
+        metrics.append(report);
+        progress.update(report.state.epoch, describe_loss(report));
+        const auto now = std::chrono::steady_clock::now();
+        const bool is_due = report.state.epoch % plan.checkpoint_every == 0 ||
+                            report.state.epoch == plan.epochs || now - saved_at > kLongestUnsaved;
+        if (is_due || interrupted()) {
+            save(run, setup, trainer, metrics, log);
+            saved_at = std::chrono::steady_clock::now();
+        }
+        throw_if_interrupted(how_to_go_on(options, run, trainer));
+    }
+}
+
+}  // namespace
+
+void setup_train(CLI::App& app) {
+    const auto options = std::make_shared<TrainOptions>();
+    CLI::App* command = app.add_subcommand("train", "Learn components from a feature file");
+    command->add_option("CONFIG", options->config, "YAML configuration (see mscomp init)")
+        ->required();
+    command->add_option("-o,--output", options->output,
+                        "Run folder to write [name of CONFIG with .run]");
+    command
+        ->add_option("--set", options->overrides,
+                     "key=value that replaces what CONFIG says, e.g. train.epochs=500; repeatable")
+        ->allow_extra_args(false);
+    command->add_flag("--resume", options->resume,
+                      "Go on from the last checkpoint of the run folder, if there is one");
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "mscomp train config.yaml -o swing.run --set train.epochs=500");
+    command->callback([options] { run_train(*options); });
+}
+
+void run_train(const TrainOptions& options) {
+    const std::string run = run_folder(options);
+    const nn::Config config = effective_config(options);
+    if (!options.resume) require_free_folder(run, options.common.force);
+    std::optional<nn::ModelFile> earlier;
+    if (options.resume && std::filesystem::exists(checkpoint_path(run))) {
+        earlier.emplace(checkpoint_path(run));
+        require_same_config(*earlier, config, run);
+    }
+    create_folder(run);
+    if (!earlier) std::filesystem::remove(checkpoint_path(run));
+
+    LineFile log(log_path(run));
+    const std::time_t now = std::time(nullptr);
+    log.append(
+        fmt::format("{:%Y-%m-%d %H:%M:%S} UTC  mscomp train {}", fmt::gmtime(now), options.config));
+    TrainingSetup setup = prepare(config, run, log);
+    write_file(config_path(run), write_config(config, true));
+    nn::Trainer trainer(*setup.model, setup.config, setup.set.features, setup.context.train_shapes);
+    if (earlier) {
+        earlier->load(*setup.model);
+        trainer.resume(earlier->state());
+        log.append(fmt::format("resumed at epoch {}", trainer.state().epoch));
+    } else {
+        trainer.start();
+    }
+    train(options, run, setup, trainer, log);
+    fmt::print("{}: {} epochs, {} steps, loss {:.6g}\n", run, trainer.state().epoch,
+               trainer.state().step, trainer.state().total);
+}
+
+}  // namespace mscomp

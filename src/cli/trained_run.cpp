@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include "trained_run.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "mscomp/base/error.h"
+#include "mscomp/cli/config_file.h"
+
+namespace mscomp {
+namespace {
+
+std::string in_folder(const std::string& folder, const char* name) {
+    return (std::filesystem::path(folder) / name).string();
+}
+
+}  // namespace
+
+std::string checkpoint_path(const std::string& run) {
+    return in_folder(run, "checkpoint.safetensors");
+}
+std::string metrics_path(const std::string& run) { return in_folder(run, "metrics.csv"); }
+std::string config_path(const std::string& run) { return in_folder(run, "config.yaml"); }
+std::string log_path(const std::string& run) { return in_folder(run, "log.txt"); }
+
+FeatureScaler TrainedRun::scaler() const {
+    FeatureScaler scaler;
+    scaler.offset = context().offset;
+    scaler.factor = context().factor;
+    return scaler;
+}
+
+std::vector<float> TrainedRun::scaled_reference() const {
+    std::vector<float> features;
+    for (int v = 0; v < context().reference.vertex_count(); ++v) {
+        features.insert(features.end(), kReferenceFeature.begin(), kReferenceFeature.end());
+    }
+    scaler().scale(features);
+    return features;
+}
+
+TrainedRun open_run(const std::string& path, int batch) {
+    const std::string file = std::filesystem::is_directory(path) ? checkpoint_path(path) : path;
+    TrainedRun run{nn::ModelFile(file), {}, nullptr, nullptr};
+    try {
+        run.config = parse_config(run.context().config, file + " (configuration)");
+    } catch (const ConfigError& error) {
+        throw CheckpointError(file, error.what());
+    }
+    const TriangleMesh& reference = run.context().reference;
+    run.distances = make_distances(
+        reference, {run.context().largest_distance, run.context().largest_distance_exact});
+    nn::StackedModel<float>::Options options;
+    options.batch = batch;
+    options.losses = false;
+    run.model = std::make_unique<nn::StackedModel<float>>(
+        run.config.model, run.config.loss,
+        one_rings_of_faces(reference.vertex_count(), reference.faces), *run.distances, options);
+    run.file.load(*run.model);
+    return run;
+}
+
+std::unique_ptr<NormalizedGeodesics> make_distances(const TriangleMesh& reference,
+                                                    const GeodesicNormalizer& normalizer) {
+    return std::make_unique<NormalizedGeodesics>(HeatGeodesics(reference),
+                                                 normalizer.largest_distance);
+}
+
+}  // namespace mscomp

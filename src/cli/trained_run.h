@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mscomp/acap/feature_scaler.h"
+#include "mscomp/base/feature_set.h"
+#include "mscomp/geodesic/heat_geodesics.h"
+#include "mscomp/nn/config.h"
+#include "mscomp/nn/model_file.h"
+#include "mscomp/nn/stacked_model.h"
+
+namespace mscomp {
+
+/// Files of a run folder.
+std::string checkpoint_path(const std::string& run);
+std::string metrics_path(const std::string& run);
+std::string config_path(const std::string& run);
+std::string log_path(const std::string& run);
+
+/// A trained model ready to encode and decode, from a run folder or a model file alone.
+struct TrainedRun {
+    nn::ModelFile file;
+    nn::Config config;
+    std::unique_ptr<NormalizedGeodesics> distances;
+    std::unique_ptr<nn::StackedModel<float>> model;
+
+    const nn::ModelContext& context() const { return file.context(); }
+    FeatureScaler scaler() const;
+    /// (V,9) scaled features of the reference.
+    std::vector<float> scaled_reference() const;
+};
+
+/// Throws IoError (nothing there) or CheckpointError (unusable).
+TrainedRun open_run(const std::string& path, int batch);
+
+/// Geodesics of a reference with the normaliser known or computed.
+std::unique_ptr<NormalizedGeodesics> make_distances(const TriangleMesh& reference,
+                                                    const GeodesicNormalizer& normalizer);
+
+}  // namespace mscomp
