@@ -232,7 +232,7 @@ const std::vector<Turn>& turns() {
 
 const std::vector<Swelling>& swellings() {
     static const std::vector<Swelling> all{{"biceps", 2.8, 265, 1.2, 0.65, 0.26, 0},
-                                           {"triceps", 2.4, 125, 1.1, 0.6, 0.2, 0},
+                                           {"triceps", 2.4, 145, 1.1, 0.6, 0.2, 0},
                                            {"flexor", 6.4, 245, 0.9, 0.52, 0.18, 0},
                                            {"extensor", 6.7, 160, 0.9, 0.5, 0.18, 0},
                                            {"knuckles", 10.9, 180, 0.5, 0.5, 0.14, 0},
