@@ -88,12 +88,14 @@ TEST(AtomicFile, OnAFullDiskKeepsTheEarlierFileAndSaysWhy) {
 TEST(AtomicFile, NoticesAFullDiskWhenItFlushes) {
     const TemporaryFolder folder;
     const std::string path = folder.put("a.txt", "earlier");
+    std::string message;
     {
         AtomicFile file(path);
         file.write("0123456789");
         const FullDisk full(4);
-        EXPECT_THROW(file.commit(), IoError);
+        message = thrown_message<IoError>([&] { file.commit(); });
     }
+    EXPECT_THAT(message, HasSubstr("File too large"));
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
     EXPECT_EQ(TemporaryFolder::content(path), "earlier");
 }

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
+#include <functional>
 
 #include "shapes.h"
 
@@ -27,15 +27,17 @@ TEST(OneRings, OfASphereHoldEveryEdgeTwice) {
 }
 
 TEST(OneRings, AreAscendingSymmetricAndWithoutTheVertexItself) {
-    const TriangleMesh mesh = shapes::cylinder(9, 5, 1, 3, true);
-    const OneRings rings = one_rings_of_faces(mesh.vertex_count(), mesh.faces);
-    for (int i = 0; i < mesh.vertex_count(); ++i) {
-        const std::vector<int> ring = ring_of(rings, i);
-        EXPECT_EQ(std::adjacent_find(ring.begin(), ring.end(), std::greater_equal<>()), ring.end());
-        for (const int j : ring) {
-            EXPECT_NE(j, i);
-            const std::vector<int> back = ring_of(rings, j);
-            EXPECT_TRUE(std::binary_search(back.begin(), back.end(), i));
+    for (const TriangleMesh& mesh : {shapes::cylinder(9, 5, 1, 3, true), shapes::grid(4, 3)}) {
+        const OneRings rings = one_rings_of_faces(mesh.vertex_count(), mesh.faces);
+        for (int i = 0; i < mesh.vertex_count(); ++i) {
+            const std::vector<int> ring = ring_of(rings, i);
+            EXPECT_EQ(std::adjacent_find(ring.begin(), ring.end(), std::greater_equal<>()),
+                      ring.end());
+            for (const int j : ring) {
+                EXPECT_NE(j, i);
+                const std::vector<int> back = ring_of(rings, j);
+                EXPECT_TRUE(std::binary_search(back.begin(), back.end(), i));
+            }
         }
     }
 }

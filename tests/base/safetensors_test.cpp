@@ -84,6 +84,20 @@ TEST(Safetensors, StaysReadableWhenMoved) {
     EXPECT_THAT(data, testing::ElementsAreArray(kFloats));
 }
 
+// So that any reader can map the file: the data begin at a multiple of 8, the largest items first.
+TEST(Safetensors, TensorsLieAlignedInTheFile) {
+    const TemporaryFolder folder;
+    const std::string bytes = TemporaryFolder::content(write_sample(folder / "t"));
+    std::uint64_t header_length = 0;
+    std::memcpy(&header_length, bytes.data(), 8);
+    EXPECT_EQ(header_length % 8, 0u);
+    for (const char* place :
+         {R"("doubles":{"data_offsets":[0,16])", R"("longs":{"data_offsets":[16,24])",
+          R"("floats":{"data_offsets":[24,48])", R"("bytes":{"data_offsets":[48,51])"}) {
+        EXPECT_THAT(bytes, HasSubstr(place));
+    }
+}
+
 TEST(Safetensors, SpansAreAlignedForTheirType) {
     const TemporaryFolder folder;
     const SafetensorsFile own(write_sample(folder / "t"));
@@ -252,6 +266,7 @@ TEST(Safetensors, WritingShapesThatDoNotFitIsABug) {
     SafetensorsWriter writer;
     EXPECT_THROW(writer.add("x", {5}, std::span<const float>(kFloats)), std::logic_error);
     EXPECT_THROW(writer.add("x", {-6}, std::span<const float>(kFloats)), std::logic_error);
+    EXPECT_THROW(writer.add("x", {-1, 0}, std::span<const float>()), std::logic_error);
     writer.add("x", {6}, std::span<const float>(kFloats));
     EXPECT_THROW(writer.add("x", {6}, std::span<const float>(kFloats)), std::logic_error);
 }
