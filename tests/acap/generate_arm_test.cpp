@@ -317,6 +317,62 @@ TEST(Arm, BendsItsElbowTo120Degrees) {
     }
 }
 
+/// (N-1) distances of a vertex from the middle of its ring, which bends and twists leave alone.
+std::vector<double> radii(int vertex) {
+    const std::vector<Point>& rest = arm().sequence.shapes[0];
+    const double height = rest[static_cast<std::size_t>(vertex)][2];
+    std::vector<double> result;
+    for (int n = 1; n < arm().sequence.shape_count(); ++n) {
+        const std::vector<Point>& shape = arm().sequence.shapes[static_cast<std::size_t>(n)];
+        Point middle{0, 0, 0};
+        double count = 0;
+        for (std::size_t i = 0; i < rest.size(); ++i) {
+            if (rest[i][2] != height) continue;
+            for (std::size_t c = 0; c < 3; ++c) middle[c] += shape[i][c];
+            ++count;
+        }
+        for (double& c : middle) c /= count;
+        result.push_back(norm(minus(shape[static_cast<std::size_t>(vertex)], middle)));
+    }
+    return result;
+}
+
+/// Change of a vertex's radius per unit of a component's weight: the weights are orthogonal, so one
+/// regression each is enough.
+double height_of(int component, int vertex) {
+    const std::vector<double> radius = radii(vertex);
+    const double middle = mean(radius);
+    std::vector<double> weights;
+    for (int n = 1; n < arm().sequence.shape_count(); ++n) {
+        weights.push_back(static_cast<double>(weight(arm(), n, component)));
+    }
+    const double mean_weight = mean(weights);
+    double product = 0, square = 0;
+    for (std::size_t n = 0; n < weights.size(); ++n) {
+        product += (weights[n] - mean_weight) * (radius[n] - middle);
+        square += (weights[n] - mean_weight) * (weights[n] - mean_weight);
+    }
+    return product / square;
+}
+
+// Bulges only rise; ripples rise and fall beside one another.
+TEST(Arm, SwellsInBulgesAndRipples) {
+    for (int k = 0; k < arm().component_count(); ++k) {
+        const std::string& name = arm().component_names[static_cast<std::size_t>(k)];
+        if (arm().scales[static_cast<std::size_t>(k)] == 0) continue;
+        double highest = 0, lowest = 0;
+        for (int i = 0; i < arm().sequence.vertex_count(); ++i) {
+            if (support(arm(), k, i) < 0.3F) continue;
+            const double height = height_of(k, i);
+            highest = std::max(highest, height);
+            lowest = std::min(lowest, height);
+        }
+        const bool ripple = name.starts_with("ripple");
+        EXPECT_GT(highest, ripple ? 0.04 : 0.08) << name;
+        EXPECT_EQ(lowest < -0.02, ripple) << name << " falls to " << lowest;
+    }
+}
+
 TEST(Arm, RefusesTooLittle) {
     EXPECT_THROW(generate_arm(1), UsageError);
     EXPECT_THROW(generate_arm(60, 0, 99), UsageError);
