@@ -36,7 +36,7 @@ bool move_best_cluster(const TurnProblem& problem, const std::vector<int>& orien
     MinimumCut cut(problem.vertex_count());
     for (const auto& [i, j] : problem.graph().edges) {
         const EdgeChange change = edge_change(problem, i, j, up(i), up(j), turns);
-        if (problem.is_root(i) || problem.is_root(j)) {
+        if (problem.is_root(i) || problem.is_root(j)) {  // y of a root is 0, and no arc chooses it
             if (!problem.is_root(i)) cut.add_cost(i, change.first);
             if (!problem.is_root(j)) cut.add_cost(j, change.second);
             continue;
@@ -51,7 +51,7 @@ bool move_best_cluster(const TurnProblem& problem, const std::vector<int>& orien
     TurnProblem::Turns candidate = turns;
     for (int i = 0; i < problem.vertex_count(); ++i) {
         const auto v = static_cast<std::size_t>(i);
-        if (chosen[v] != 0 && !problem.is_root(i)) candidate[v] += up(i);
+        if (chosen[v] != 0) candidate[v] += up(i);
     }
     if (candidate == turns || !(problem.energy(candidate) < problem.energy(turns) - kGain)) {
         return false;
@@ -82,7 +82,7 @@ void polish_vertices(const TurnProblem& problem, TurnProblem::Turns& turns) {
         const auto v = static_cast<std::size_t>(vertex);
         queued[v] = 0;
         const int degree = rings.degree(vertex);
-        if (degree == 0 || problem.is_root(vertex)) continue;
+        if (degree == 0) continue;
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
             const int j = rings.neighbors[static_cast<std::size_t>(at)];
