@@ -266,7 +266,7 @@ TEST(Safetensors, WritingShapesThatDoNotFitIsABug) {
     SafetensorsWriter writer;
     EXPECT_THROW(writer.add("x", {5}, std::span<const float>(kFloats)), std::logic_error);
     EXPECT_THROW(writer.add("x", {-6}, std::span<const float>(kFloats)), std::logic_error);
-    EXPECT_THROW(writer.add("x", {-1, 0}, std::span<const float>()), std::logic_error);
+    EXPECT_THROW(writer.add("x", {-1, 0}, std::span<const std::uint8_t>()), std::logic_error);
     writer.add("x", {6}, std::span<const float>(kFloats));
     EXPECT_THROW(writer.add("x", {6}, std::span<const float>(kFloats)), std::logic_error);
 }
