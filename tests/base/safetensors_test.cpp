@@ -28,7 +28,7 @@ std::string foreign(const std::string& header, const std::string& data) {
 }
 
 std::string message_of(const std::string& bytes) {
-    const TemporaryFolder folder;
+    static const TemporaryFolder folder;  // one for all: making folders is slow
     const std::string path = folder.put("t.safetensors", bytes);
     const std::string message = thrown_message<InputError>([&] { SafetensorsFile file(path); });
     EXPECT_THAT(message, HasSubstr("t.safetensors: "));

@@ -34,6 +34,8 @@ class TemporaryFolder {
     std::string put(std::string_view name, std::string_view content) const {
         const std::string path = *this / name;
         std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+        // File systems flush a file that is cut and written again, which is slow.
+        std::filesystem::remove(path);
         std::ofstream(path, std::ios::binary) << content;
         return path;
     }
