@@ -108,12 +108,13 @@ std::vector<OpCase<T>> op_table() {
         {"group_sparsity step",
          [](F& f) {
              const Var c = weights_with_centers(f);
-             f.output = group_sparsity(f.tape, c, *f.distances, {0.4, {}}, true);
+             f.output = group_sparsity(f.tape, c, *f.distances, {0.4, {}, 0.0}, true);
          }},
         {"group_sparsity ramp",
          [](F& f) {
              const Var c = weights_with_centers(f);
-             f.output = group_sparsity(f.tape, c, *f.distances, {0, SparsityRamp{0.2, 0.5}}, true);
+             f.output =
+                 group_sparsity(f.tape, c, *f.distances, {0, SparsityRamp{0.2, 0.5}, 0.1}, true);
          }},
         {"range_penalty",
          [](F& f) { f.output = range_penalty(f.tape, codes(f, 2.0), 1.0, f.lanes); }},

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/trainer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/nn/model_file.h"
+#include "small_training.h"
+
+namespace mscomp::nn {
+namespace {
+
+class Training : public testing::Test {
+  protected:
+    void TearDown() override { set_thread_count(0); }
+
+    std::string temporary(const char* name) {
+        const auto folder = std::filesystem::temp_directory_path() /
+                            ("mscomp_trainer_test_" + std::to_string(getpid()));
+        std::filesystem::create_directories(folder);
+        return (folder / name).string();
+    }
+};
+
+std::vector<float> trained(SmallTraining& problem, int epochs) {
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    trainer.start();
+    for (int epoch = 0; epoch < epochs; ++epoch) trainer.run_epoch();
+    return all_of(*model);
+}
+
+// The same training with 1, 2 and 7 threads gives the same bits.
+TEST_F(Training, ThreadsDoNotChangeABit) {
+    SmallTraining problem;
+    set_thread_count(1);
+    const std::vector<float> one = trained(problem, 5);
+    for (const int threads : {2, 7}) {
+        set_thread_count(threads);
+        EXPECT_EQ(trained(problem, 5), one) << threads << " threads";
+    }
+}
+
+// Saved, loaded into a fresh model and continued gives the bits of a run that never stopped, with
+// batches smaller than the set, where the order of the shapes is drawn anew each epoch.
+TEST_F(Training, ResumedIsUninterrupted) {
+    SmallTraining problem;
+    problem.config.train.batch = 5;
+    const std::vector<float> whole = trained(problem, 8);
+
+    const std::string path = temporary("resume.safetensors");
+    ModelContext context;
+    context.reference = problem.mesh;
+    {
+        const auto model = problem.make_model();
+        Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+        trainer.start();
+        for (int epoch = 0; epoch < 3; ++epoch) trainer.run_epoch();
+        write_model(path, *model, context, trainer.state(), trainer.codes());
+    }
+    const ModelFile file(path);
+    EXPECT_EQ(file.state().epoch, 3);
+    EXPECT_EQ(file.state().step, 9);
+    const auto model = problem.make_model();
+    file.load(*model);
+    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    trainer.resume(file.state());
+    for (int epoch = 3; epoch < 8; ++epoch) trainer.run_epoch();
+    EXPECT_EQ(all_of(*model), whole);
+}
+
+// Reading codes for a checkpoint does not disturb training.
+TEST_F(Training, SavingOnTheWayChangesNothing) {
+    SmallTraining problem;
+    const std::vector<float> undisturbed = trained(problem, 4);
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    trainer.start();
+    for (int epoch = 0; epoch < 4; ++epoch) {
+        trainer.run_epoch();
+        trainer.codes();
+    }
+    EXPECT_EQ(all_of(*model), undisturbed);
+}
+
+// As many components as the data have: reconstruction goes towards zero.
+TEST_F(Training, OverfitsFourShapes) {
+    SmallTraining problem(4, 2);
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    trainer.start();
+    double first = 0, last = 0;
+    for (int epoch = 0; epoch < 300; ++epoch) {
+        const EpochReport report = trainer.run_epoch();
+        last = report.terms.back().reconstruction;
+        if (epoch == 0) first = report.terms.front().reconstruction;
+    }
+    double energy = 0;
+    for (const float x : problem.features)
+        energy += static_cast<double>(x) * static_cast<double>(x);
+    EXPECT_TRUE(first < 0.2 * energy / 4) << "the deflation start explains most: " << first;
+    EXPECT_TRUE(last < 0.01 * energy / 4) << last << " of " << energy / 4;
+}
+
+// A feature that is not finite stops training before the update and names what broke.
+TEST_F(Training, StopsAtNaNBeforeTheUpdate) {
+    SmallTraining problem;
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    trainer.start();
+    trainer.run_epoch();
+    const std::vector<float> before = all_of(*model);
+    problem.features[100] = std::numeric_limits<float>::quiet_NaN();
+    Trainer poisoned(*model, problem.config, problem.features, problem.shapes);
+    poisoned.resume(trainer.state());
+    try {
+        poisoned.run_epoch();
+        FAIL() << "trained on NaN";
+    } catch (const NumericalError& error) {
+        EXPECT_NE(std::string(error.what()).find("step 2: the result of mesh_conv"),
+                  std::string::npos)
+            << error.what();
+    }
+    EXPECT_EQ(all_of(*model), before);
+}
+
+class ModelFileTest : public Training {
+  protected:
+    std::string saved() {
+        const auto model = problem_.make_model();
+        Trainer trainer(*model, problem_.config, problem_.features, problem_.shapes);
+        trainer.start();
+        ModelContext context;
+        context.config = "model: {}";
+        context.reference = problem_.mesh;
+        context.factor.fill(2.0);
+        context.train_shapes = problem_.shapes;
+        const std::string path = temporary("model.safetensors");
+        write_model(path, *model, context, trainer.state(), trainer.codes());
+        return path;
+    }
+    SmallTraining problem_;
+};
+
+TEST_F(ModelFileTest, KeepsItsContext) {
+    const ModelFile file(saved());
+    EXPECT_EQ(file.context().config, "model: {}");
+    EXPECT_EQ(file.context().reference.vertices, problem_.mesh.vertices);
+    EXPECT_EQ(file.context().reference.faces, problem_.mesh.faces);
+    EXPECT_EQ(file.context().factor[8], 2.0);
+    EXPECT_EQ(file.context().train_shapes, problem_.shapes);
+    ASSERT_EQ(file.codes().size(), 2u);
+    EXPECT_EQ(file.codes()[1].size(), 12u * 3 * 2);
+}
+
+TEST_F(ModelFileTest, RefusesATruncatedFile) {
+    const std::string path = saved();
+    const std::string bytes = read_file(path);
+    for (const std::size_t kept :
+         {std::size_t{0}, std::size_t{7}, bytes.size() / 2, bytes.size() - 1}) {
+        std::ofstream(path, std::ios::binary)
+            .write(bytes.data(), static_cast<std::streamsize>(kept));
+        EXPECT_THROW(ModelFile{path}, CheckpointError)
+            << kept << " of " << bytes.size() << " bytes";
+    }
+}
+
+TEST_F(ModelFileTest, RefusesAlteredBytes) {
+    const std::string path = saved();
+    const std::string bytes = read_file(path);
+    for (const std::size_t place : {std::size_t{20}, bytes.size() / 2, bytes.size() - 3}) {
+        std::string altered = bytes;
+        altered[place] = static_cast<char>(altered[place] ^ 0x10);
+        write_file(path, altered);
+        EXPECT_THROW(ModelFile{path}, CheckpointError) << "byte " << place;
+    }
+}
+
+TEST_F(ModelFileTest, RefusesAModelOfAnotherShape) {
+    const ModelFile file(saved());
+    problem_.config.model.levels[0].components = 4;
+    const auto model = problem_.make_model();
+    EXPECT_THROW(file.load(*model), CheckpointError);
+}
+
+}  // namespace
+}  // namespace mscomp::nn
