@@ -160,6 +160,9 @@ struct Wanted {
     std::string operator()(const double*) const { return within("a number", bounds); }
     std::string operator()(const std::string*) const { return "a file name"; }
     std::string operator()(const Choice& field) const { return listed(field.names); }
+    std::string operator()(const std::optional<double>*) const {
+        return within("a number", bounds) + ", or null";
+    }
     std::string operator()(const std::optional<nn::SparsityRamp>*) const {
         return "[from, to] with 0 <= from < to <= 1, or null";
     }
@@ -199,6 +202,8 @@ Table level_table(nn::LevelConfig& level) {
         {"components", &level.components, kAtLeastOne, "of each autoencoder", true},
         {"sparsity_range", &level.sparsity_range, kUnitRange, "geodesic radius, diameter = 1",
          true},
+        {"max_support", &level.max_support, kPositiveUpToOne,
+         "part of the vertices it may act on; null: as the range, the papers: 1"},
         {"sparsity_ramp", &level.sparsity_ramp, {}, "instead of a step at the range"},
     };
 }

@@ -49,6 +49,16 @@ struct ReadValue {
         field.set(static_cast<std::size_t>(name - field.names.begin()));
         return true;
     }
+    bool operator()(std::optional<double>* field) const {
+        if (node.IsNull()) {
+            field->reset();
+            return true;
+        }
+        double value = 0;
+        if (!read_number(&value)) return false;
+        *field = value;
+        return true;
+    }
     bool operator()(std::optional<nn::SparsityRamp>* field) const {
         if (node.IsNull()) {
             field->reset();

@@ -47,6 +47,9 @@ struct ValueText {
         return is_plain_path(*field) ? *field : quoted(*field);
     }
     std::string operator()(const Choice& field) const { return field.names[field.get()]; }
+    std::string operator()(const std::optional<double>* field) const {
+        return field->has_value() ? number_text(**field) : "null";
+    }
     std::string operator()(const std::optional<nn::SparsityRamp>* field) const {
         if (!field->has_value()) return "null";
         return fmt::format("[{}, {}]", number_text((*field)->from), number_text((*field)->to));

@@ -37,7 +37,8 @@ void run_run_info(const RunInfoOptions& options) {
         levels.push_back({{"autoencoders", level.autoencoders},
                           {"components", level.autoencoders * level.components},
                           {"kept", kept},
-                          {"sparsity_range", level.range.range},
+                          {"sparsity_range",
+                           run.config.model.levels[static_cast<std::size_t>(l)].sparsity_range},
                           {"support_mean", nn::mean_support(components, l, vertices)}});
     }
     const nlohmann::ordered_json report{{"run", options.run},

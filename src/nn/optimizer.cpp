@@ -66,12 +66,10 @@ void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, 
         const std::span<T> weights = model.parameters().value(level.weights);
         const std::span<const T> moment2 = model.parameters().moment2(level.weights);
         const std::vector<int> centers = component_centers<T>(weights, rows, vertices);
-        std::vector<std::span<const double>> distances;
-        for (const int center : centers) distances.push_back(model.inner_distances().row(center));
+        const std::vector<SparsityRow> around = level.sparsity->rows(centers);
         parallel_for(rows, [&](std::int64_t row) {
             for (int v = 0; v < vertices; ++v) {
-                const double lambda = level.range.weight(
-                    distances[static_cast<std::size_t>(row)][static_cast<std::size_t>(v)]);
+                const double lambda = around[static_cast<std::size_t>(row)].weight(v);
                 if (!(lambda > 0)) continue;
                 const std::int64_t at = (row * vertices + v) * kFeatureDim;
                 shrink(weights.data() + at, moment2.data() + at, correction,

@@ -36,7 +36,8 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
         Level level;
         level.autoencoders = autoencoders;
         level.components = config.levels[l].components;
-        level.range = {config.levels[l].sparsity_range, config.levels[l].sparsity_ramp};
+        sparsity_.push_back(std::make_unique<SparsityRows>(inner_distances_, config.levels[l]));
+        level.sparsity = sparsity_.back().get();
         const auto add = [&](const char* what, Extents extents) {
             extents.insert(extents.begin(), autoencoders);
             return parameters_.add(fmt::format("level{}.{}", l, what), std::move(extents));
@@ -88,10 +89,10 @@ void StackedModel<T>::add_level(int index, const LossConfig& loss, Var x, std::v
                              config_.tied == Tied::transpose, Activation::tanh);
     if (!options_.losses) return;
     level.reconstruction = squared_error(tape_, x, level.output, lane_mask_);
-    level.sparsity =
-        group_sparsity(tape_, weights, inner_distances_, level.range, options_.sparsity_gradient);
+    level.group_sparsity =
+        group_sparsity(tape_, weights, *level.sparsity, options_.sparsity_gradient);
     level.range_penalty = range_penalty(tape_, level.code, loss.range_limit, lane_mask_);
-    terms.insert(terms.end(), {level.reconstruction, level.sparsity, level.range_penalty});
+    terms.insert(terms.end(), {level.reconstruction, level.group_sparsity, level.range_penalty});
     factors.insert(factors.end(), {loss.reconstruction, loss.sparsity, loss.range});
 }
 
@@ -136,7 +137,7 @@ AutoencoderTerms StackedModel<T>::terms(int level, int autoencoder) {
     const auto read = [&](Var term) {
         return static_cast<double>(tape_.value(term)[at(autoencoder)]);
     };
-    return {read(l.reconstruction), read(l.sparsity), read(l.range_penalty)};
+    return {read(l.reconstruction), read(l.group_sparsity), read(l.range_penalty)};
 }
 
 template <class T>

@@ -118,9 +118,11 @@ class Residual {
     std::vector<double> values_;
 };
 
-std::vector<char> free_vertices(std::span<const double> distances, const SparsityRange& range) {
+std::vector<char> free_vertices(const SparsityRow& row) {
     std::vector<char> free;
-    for (const double d : distances) free.push_back(range.weight(d) < 1.0 ? 1 : 0);
+    for (int v = 0; v < static_cast<int>(row.distances.size()); ++v) {
+        free.push_back(row.is_free(v) ? 1 : 0);
+    }
     return free;
 }
 
@@ -130,14 +132,13 @@ std::int64_t longest_vertex(const std::vector<double>& direction) {
 }
 
 /// A component around the strongest vertex, moved until its centre is where it is longest.
-std::vector<double> next_component(const Residual& residual, const SparsityRange& range,
-                                   DistanceRows& distances) {
+std::vector<double> next_component(const Residual& residual, SparsityRows& sparsity) {
     constexpr int kMoves = 4;
     std::int64_t center = residual.strongest_vertex();
     std::vector<double> direction;
     for (int move = 0; move < kMoves; ++move) {
-        direction = residual.main_direction(
-            center, free_vertices(distances.row(static_cast<int>(center)), range));
+        direction =
+            residual.main_direction(center, free_vertices(sparsity.row(static_cast<int>(center))));
         const std::int64_t longest = longest_vertex(direction);
         if (longest == center) break;
         center = longest;
@@ -158,8 +159,7 @@ void deflate_level(StackedModel<T>& model, int index, std::int64_t shapes) {
     for (std::int64_t a = 0; a < level.autoencoders; ++a) {
         Residual residual(x.data() + a * vertices * kDim * lanes, vertices, lanes, shapes);
         for (std::int64_t k = 0; k < level.components; ++k) {
-            const std::vector<double> direction =
-                next_component(residual, level.range, model.inner_distances());
+            const std::vector<double> direction = next_component(residual, *level.sparsity);
             residual.subtract(direction);
             T* row = weights.data() + (a * level.components + k) * vertices * kDim;
             for (std::size_t i = 0; i < direction.size(); ++i)

@@ -69,6 +69,15 @@ OneRings reordered(const OneRings& rings, const VertexOrder& order) {
 ReorderedDistances::ReorderedDistances(DistanceRows& user_rows, const VertexOrder& order)
     : user_rows_(user_rows), order_(order), rows_(static_cast<std::size_t>(order.vertex_count())) {}
 
+void ReorderedDistances::prepare(std::span<const int> vertices) {
+    std::vector<int> fresh;
+    for (const int vertex : vertices) {
+        if (!rows_[static_cast<std::size_t>(vertex)].empty()) continue;
+        fresh.push_back(order_.to_user[static_cast<std::size_t>(vertex)]);
+    }
+    if (!fresh.empty()) user_rows_.prepare(fresh);
+}
+
 std::span<const double> ReorderedDistances::row(int vertex) {
     std::vector<double>& cached = rows_[static_cast<std::size_t>(vertex)];
     if (cached.empty()) {

@@ -60,6 +60,12 @@ Var weights_with_centers(OpFixture<T>& f) {
     return c;
 }
 
+template <class T>
+Var sparsity(OpFixture<T>& f, Var weights, const LevelConfig& level) {
+    f.sparsity = std::make_unique<SparsityRows>(*f.distances, level);
+    return group_sparsity(f.tape, weights, *f.sparsity, true);
+}
+
 }  // namespace
 
 LineDistances::LineDistances(int vertices) {
@@ -108,13 +114,12 @@ std::vector<OpCase<T>> op_table() {
         {"group_sparsity step",
          [](F& f) {
              const Var c = weights_with_centers(f);
-             f.output = group_sparsity(f.tape, c, *f.distances, {0.4, {}, 0.0}, true);
+             f.output = sparsity(f, c, {3, 0.4, 1.0, {}});
          }},
         {"group_sparsity ramp",
          [](F& f) {
              const Var c = weights_with_centers(f);
-             f.output =
-                 group_sparsity(f.tape, c, *f.distances, {0, SparsityRamp{0.2, 0.5}, 0.1}, true);
+             f.output = sparsity(f, c, {3, 0.4, {}, SparsityRamp{0.2, 0.5}});
          }},
         {"range_penalty",
          [](F& f) { f.output = range_penalty(f.tape, codes(f, 2.0), 1.0, f.lanes); }},

@@ -28,6 +28,7 @@ template <class T>
 struct OpFixture {
     std::unique_ptr<RingTable<T>> rings;
     std::unique_ptr<LineDistances> distances;
+    std::unique_ptr<SparsityRows> sparsity;
     LaneMask<T> lanes;
     Tape<T> tape;
     std::vector<Var> inputs;  // all that the op depends on

@@ -52,6 +52,7 @@ ModelConfig model_config(const nlohmann::json& from) {
     for (const auto& level : from.at("levels")) {
         LevelConfig l;
         l.components = level.at("K");
+        l.max_support = 1;
         if (level.contains("d")) l.sparsity_range = level.at("d");
         if (level.contains("ramp")) l.sparsity_ramp = {level.at("ramp")[0], level.at("ramp")[1]};
         config.levels.push_back(l);

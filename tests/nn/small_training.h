@@ -64,7 +64,7 @@ struct SmallTraining {
         }
         shapes.resize(static_cast<std::size_t>(shape_count));
         std::iota(shapes.begin(), shapes.end(), 0);
-        config.model.levels = {{patches, 0.3, {}}, {2, 0.15, {}}};
+        config.model.levels = {{patches, 0.3, 1.0, {}}, {2, 0.15, 1.0, {}}};
         config.train.epochs = 20;
     }
 

@@ -16,6 +16,8 @@ class DistanceRows {
     /// (V) distances from `vertex`, in [0, 1] where 1 is the largest pairwise distance; another
     /// connected component is at distance 1. The span stays valid as long as this object lives.
     virtual std::span<const double> row(int vertex) = 0;
+    /// Says which rows come next, so that they can be computed together. Changes no result.
+    virtual void prepare(std::span<const int> vertices) { static_cast<void>(vertices); }
 };
 
 }  // namespace mscomp

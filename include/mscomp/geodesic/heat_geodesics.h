@@ -67,7 +67,7 @@ class NormalizedGeodesics final : public DistanceRows {
     NormalizedGeodesics(HeatGeodesics geodesics, double largest_distance);
     std::span<const double> row(int vertex) override;
     /// Computes those of `vertices` that are not there yet, in parallel.
-    void prepare(std::span<const int> vertices);
+    void prepare(std::span<const int> vertices) override;
     int cached_rows() const;
 
   private:

@@ -18,6 +18,9 @@ struct SparsityRamp {
 struct LevelConfig {
     int components = 10;          // K of each autoencoder of the level, >= 1
     double sparsity_range = 0.4;  // d, normalised geodesic distance, [0, 1]
+    /// A component acts on at most this part of the vertices, (0, 1]: where many vertices are near,
+    /// the range shrinks until it holds no more. Empty: as much as the range; 1: the paper.
+    std::optional<double> max_support;
     std::optional<SparsityRamp> sparsity_ramp;
 };
 
@@ -34,7 +37,7 @@ struct ModelConfig {
     Activation decoder_fc_activation = Activation::none;
     double mask_power = 1.0;  // attention masks ~ a^p, > 0; 1 = the paper
     double mask_epsilon = 1e-12;
-    std::vector<LevelConfig> levels{{10, 0.4, {}}, {5, 0.2, {}}};
+    std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
 };
 
 /// Weights of the loss of every autoencoder, all >= 0.

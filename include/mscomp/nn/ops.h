@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/nn/aligned.h"
 #include "mscomp/nn/config.h"
+#include "mscomp/nn/sparsity_rows.h"
 #include "mscomp/nn/tape.h"
 
 // The ops of the stacked autoencoders. A level is a batch of A autoencoders, so every tensor starts
@@ -67,20 +67,12 @@ Var masked_residual(Tape<T>& tape, Var x, Var y, Var mask, bool joint);
 template <class T>
 Var squared_error(Tape<T>& tape, Var x, Var y, const LaneMask<T>& lanes);
 
-/// Which vertices group sparsity leaves free.
-struct SparsityRange {
-    double range = 0.4;
-    std::optional<SparsityRamp> ramp;
-    /// Lambda of [A] eq. 3 (0 below the range, 1 from it on) or the ramp.
-    double weight(double distance) const;
-};
-
 /// Omega = (1/K) sum_k sum_i Lambda_ik |C_k,i| per autoencoder: (A). The centre of component k is
 /// argmax_i |C_k,i| (lowest index on ties), a constant for differentiation; the gradient of |x| at
 /// 0 is 0. `differentiable` false reports the value only (the proximal step then does the rest).
 template <class T>
-Var group_sparsity(Tape<T>& tape, Var component_weights, DistanceRows& distances,
-                   SparsityRange range, bool differentiable);
+Var group_sparsity(Tape<T>& tape, Var component_weights, SparsityRows& sparsity,
+                   bool differentiable);
 
 /// (1/K) sum_k max(max_m |z_km| - limit, 0) over active lanes per autoencoder: (A); the gradient
 /// goes to the first shape that reaches the maximum.

@@ -40,12 +40,12 @@ class StackedModel {
     struct Level {
         int autoencoders = 1;
         int components = 0;
-        SparsityRange range;
+        SparsityRows* sparsity = nullptr;             // owned by the model
         int w_own = -1, w_ring = -1, bias = -1;       // convolution of the encoder
         int decoder_w_own = -1, decoder_w_ring = -1;  // equal to these unless tied: none
         int decoder_bias = -1;
         int weights = -1;  // C (A,K,V,9)
-        Var x, code, output, mask, reconstruction, sparsity, range_penalty;
+        Var x, code, output, mask, reconstruction, group_sparsity, range_penalty;
     };
 
     StackedModel(const ModelConfig& config, const LossConfig& loss, const OneRings& rings,
@@ -57,7 +57,7 @@ class StackedModel {
     const ParameterSet<T>& parameters() const { return parameters_; }
     Tape<T>& tape() { return tape_; }
     const std::vector<Level>& levels() const { return levels_; }
-    /// Distances in inner numbering, for starts and proximal steps.
+    /// Distances in inner numbering.
     DistanceRows& inner_distances() { return inner_distances_; }
     int vertex_count() const { return order_.vertex_count(); }
     int batch_capacity() const { return options_.batch; }
@@ -100,6 +100,7 @@ class StackedModel {
     LaneMask<T> lane_mask_;
     ParameterSet<T> parameters_;
     Tape<T> tape_;
+    std::vector<std::unique_ptr<SparsityRows>> sparsity_;  // per level
     std::vector<Level> levels_;
     Var total_;
 };

@@ -29,6 +29,7 @@ class ReorderedDistances final : public DistanceRows {
   public:
     ReorderedDistances(DistanceRows& user_rows, const VertexOrder& order);
     std::span<const double> row(int vertex) override;
+    void prepare(std::span<const int> vertices) override;
 
   private:
     DistanceRows& user_rows_;

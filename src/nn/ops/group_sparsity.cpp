@@ -19,17 +19,14 @@ T norm(const T* vector) {
 template <class T>
 class GroupSparsity final : public Op<T> {
   public:
-    GroupSparsity(Tape<T>& tape, Var weights, DistanceRows& distances, SparsityRange range,
-                  bool differentiable)
+    GroupSparsity(Tape<T>& tape, Var weights, SparsityRows& sparsity, bool differentiable)
         : weights_(weights),
-          distances_(distances),
-          range_(range),
+          sparsity_(sparsity),
           autoencoders_(tape.extents(weights)[0]),
           components_(tape.extents(weights)[1]),
           vertices_(tape.extents(weights)[2]),
           omega_(tape.result("group_sparsity", {autoencoders_}, differentiable)) {
-        lambda_rows_.resize(static_cast<std::size_t>(autoencoders_ * components_));
-        row_sums_.resize(lambda_rows_.size());
+        row_sums_.resize(static_cast<std::size_t>(autoencoders_ * components_));
     }
 
     std::string_view name() const override { return "group_sparsity"; }
@@ -39,10 +36,7 @@ class GroupSparsity final : public Op<T> {
         const std::int64_t rows = autoencoders_ * components_;
         const std::vector<int> centers = component_centers<T>(
             tape.value(weights_), static_cast<int>(rows), static_cast<int>(vertices_));
-        for (std::int64_t row = 0; row < rows; ++row) {
-            lambda_rows_[static_cast<std::size_t>(row)] =
-                distances_.row(centers[static_cast<std::size_t>(row)]);
-        }
+        rows_ = sparsity_.rows(centers);
         parallel_for(rows, [&](std::int64_t row) {
             const T* c = tape.value(weights_).data() + row * vertices_ * kFeatureDim;
             double sum = 0;
@@ -90,9 +84,8 @@ class GroupSparsity final : public Op<T> {
                 if (norm(c + v * kFeatureDim) > norm(c + center * kFeatureDim)) center = v;
             }
             for (int v = 0; v < vertices_; ++v) {
-                const double d = distances_.row(center)[static_cast<std::size_t>(v)];
                 omega[static_cast<std::size_t>(row / components_)] +=
-                    static_cast<T>(range_.weight(d)) * norm(c + v * kFeatureDim) /
+                    static_cast<T>(sparsity_.row(center).weight(v)) * norm(c + v * kFeatureDim) /
                     static_cast<T>(components_);
             }
         }
@@ -101,25 +94,18 @@ class GroupSparsity final : public Op<T> {
 
   private:
     double weight(std::int64_t row, std::int64_t v) const {
-        return range_.weight(
-            lambda_rows_[static_cast<std::size_t>(row)][static_cast<std::size_t>(v)]);
+        return rows_[static_cast<std::size_t>(row)].weight(static_cast<int>(v));
     }
 
     Var weights_;
-    DistanceRows& distances_;
-    SparsityRange range_;
+    SparsityRows& sparsity_;
     std::int64_t autoencoders_, components_, vertices_;
     Var omega_;
-    std::vector<std::span<const double>> lambda_rows_;  // distances from each centre
+    std::vector<SparsityRow> rows_;  // around the centres of the last forward pass
     std::vector<double> row_sums_;
 };
 
 }  // namespace
-
-double SparsityRange::weight(double distance) const {
-    if (!ramp) return distance >= range ? 1.0 : 0.0;
-    return std::clamp((distance - ramp->from) / (ramp->to - ramp->from), 0.0, 1.0);
-}
 
 template <class T>
 std::vector<int> component_centers(std::span<const T> component_weights, int rows,
@@ -143,14 +129,14 @@ std::vector<int> component_centers(std::span<const T> component_weights, int row
 }
 
 template <class T>
-Var group_sparsity(Tape<T>& tape, Var component_weights, DistanceRows& distances,
-                   SparsityRange range, bool differentiable) {
-    return record_op<GroupSparsity<T>>(tape, component_weights, distances, range, differentiable);
+Var group_sparsity(Tape<T>& tape, Var component_weights, SparsityRows& sparsity,
+                   bool differentiable) {
+    return record_op<GroupSparsity<T>>(tape, component_weights, sparsity, differentiable);
 }
 
 template std::vector<int> component_centers(std::span<const float>, int, int);
 template std::vector<int> component_centers(std::span<const double>, int, int);
-template Var group_sparsity(Tape<float>&, Var, DistanceRows&, SparsityRange, bool);
-template Var group_sparsity(Tape<double>&, Var, DistanceRows&, SparsityRange, bool);
+template Var group_sparsity(Tape<float>&, Var, SparsityRows&, bool);
+template Var group_sparsity(Tape<double>&, Var, SparsityRows&, bool);
 
 }  // namespace mscomp::nn
