@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// What is written reads back as what it was.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "mscomp/cli/config_file.h"
+
+namespace mscomp {
+namespace {
+
+// Every field of a configuration, so that equality misses none of those the table has.
+std::string all_of(const nn::Config& config) { return write_config(config, false); }
+
+nn::Config config_with_no_default() {
+    nn::Config c;
+    c.model.attention = false;
+    c.model.joint = false;
+    c.model.tied = nn::Tied::none;
+    c.model.latent_activation = nn::Activation::tanh;
+    c.model.decoder_fc_activation = nn::Activation::tanh;
+    c.model.mask_power = 4.25;
+    c.model.mask_epsilon = 3e-9;
+    c.model.levels.resize(3);
+    c.model.levels[0].components = 7;
+    c.model.levels[0].sparsity_range = 0.1 + 0.2;
+    c.model.levels[0].max_support = 1.0 / 7;
+    c.model.levels[0].sparsity_ramp = nn::SparsityRamp{0.125, 1.0 / 3};
+    c.model.levels[1].components = 1;
+    c.model.levels[1].sparsity_range = 0;
+    c.model.levels[2].components = 3;
+    c.model.levels[2].sparsity_range = 1;
+    c.loss.reconstruction = 10;
+    c.loss.sparsity = 0.1;
+    c.loss.range = 1e-7;
+    c.loss.range_limit = 123456.789;
+    c.data.features = "a folder/odd \"name\": #1.safetensors";
+    c.data.split.train = nn::SplitKind::random;
+    c.data.split.step = 3;
+    c.data.split.count = 36;
+    c.data.split.seed = 18446744073709551615u;
+    c.data.split.path = "null";
+    c.data.center = nn::Scaling::minmax;
+    c.train.epochs = 1;
+    c.train.batch = 2147483647;
+    c.train.learning_rate = 1e-300;
+    c.train.learning_rate_decay = 1;
+    c.train.decay_steps = 5;
+    c.train.learning_rate_floor = 0;
+    c.train.seed = 1ull << 63;
+    c.train.start = nn::Start::random;
+    c.train.sparsity_step = nn::SparsityStep::subgradient;
+    c.train.checkpoint_every = 9;
+    c.filter.minimum_strength = 1e-3;
+    c.filter.relative_threshold = 1;
+    c.filter.absolute_threshold = 1e-6;
+    return c;
+}
+
+// read(write(c)) = c, field by field, for a configuration that differs from the defaults
+// everywhere.
+TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
+    const nn::Config c = config_with_no_default();
+    for (const bool with_comments : {false, true}) {
+        const nn::Config r = parse_config(write_config(c, with_comments), "c.yaml");
+        EXPECT_EQ(r.model.kind, c.model.kind);
+        EXPECT_EQ(r.model.attention, c.model.attention);
+        EXPECT_EQ(r.model.joint, c.model.joint);
+        EXPECT_EQ(r.model.tied, c.model.tied);
+        EXPECT_EQ(r.model.latent_activation, c.model.latent_activation);
+        EXPECT_EQ(r.model.decoder_fc_activation, c.model.decoder_fc_activation);
+        EXPECT_EQ(r.model.mask_power, c.model.mask_power);
+        EXPECT_EQ(r.model.mask_epsilon, c.model.mask_epsilon);
+        ASSERT_EQ(r.model.levels.size(), c.model.levels.size());
+        for (std::size_t i = 0; i < c.model.levels.size(); ++i) {
+            EXPECT_EQ(r.model.levels[i].components, c.model.levels[i].components);
+            EXPECT_EQ(r.model.levels[i].sparsity_range, c.model.levels[i].sparsity_range);
+            EXPECT_EQ(r.model.levels[i].max_support, c.model.levels[i].max_support);
+            EXPECT_EQ(r.model.levels[i].sparsity_ramp.has_value(),
+                      c.model.levels[i].sparsity_ramp.has_value());
+        }
+        EXPECT_EQ(r.model.levels[0].sparsity_ramp->from, c.model.levels[0].sparsity_ramp->from);
+        EXPECT_EQ(r.model.levels[0].sparsity_ramp->to, c.model.levels[0].sparsity_ramp->to);
+        EXPECT_EQ(r.loss.reconstruction, c.loss.reconstruction);
+        EXPECT_EQ(r.loss.sparsity, c.loss.sparsity);
+        EXPECT_EQ(r.loss.range, c.loss.range);
+        EXPECT_EQ(r.loss.range_limit, c.loss.range_limit);
+        EXPECT_EQ(r.data.features, c.data.features);
+        EXPECT_EQ(r.data.split.train, c.data.split.train);
+        EXPECT_EQ(r.data.split.step, c.data.split.step);
+        EXPECT_EQ(r.data.split.count, c.data.split.count);
+        EXPECT_EQ(r.data.split.seed, c.data.split.seed);
+        EXPECT_EQ(r.data.split.path, c.data.split.path);
+        EXPECT_EQ(r.data.center, c.data.center);
+        EXPECT_EQ(r.train.epochs, c.train.epochs);
+        EXPECT_EQ(r.train.batch, c.train.batch);
+        EXPECT_EQ(r.train.learning_rate, c.train.learning_rate);
+        EXPECT_EQ(r.train.learning_rate_decay, c.train.learning_rate_decay);
+        EXPECT_EQ(r.train.decay_steps, c.train.decay_steps);
+        EXPECT_EQ(r.train.learning_rate_floor, c.train.learning_rate_floor);
+        EXPECT_EQ(r.train.seed, c.train.seed);
+        EXPECT_EQ(r.train.start, c.train.start);
+        EXPECT_EQ(r.train.sparsity_step, c.train.sparsity_step);
+        EXPECT_EQ(r.train.checkpoint_every, c.train.checkpoint_every);
+        EXPECT_EQ(r.filter.minimum_strength, c.filter.minimum_strength);
+        EXPECT_EQ(r.filter.relative_threshold, c.filter.relative_threshold);
+        EXPECT_EQ(r.filter.absolute_threshold, c.filter.absolute_threshold);
+    }
+}
+
+// Guards the test above: a key that is added to the table has to be added to it, too.
+TEST(ConfigRoundTrip, TheExampleDiffersFromTheDefaultsInEveryKeyButTheKind) {
+    nn::Config c = config_with_no_default();
+    c.model.levels.resize(2);
+    c.model.levels[1] = {3, 1, 0.5, nn::SparsityRamp{0, 1}};
+    std::istringstream example(all_of(c)), defaults(all_of(nn::Config{}));
+    std::string line, default_line;
+    while (std::getline(example, line) && std::getline(defaults, default_line)) {
+        const bool is_section = line.ends_with(':');
+        if (is_section || line == "  kind: stacked-attention") continue;
+        EXPECT_NE(line, default_line);
+    }
+    EXPECT_FALSE(std::getline(defaults, default_line));
+}
+
+TEST(ConfigRoundTrip, InitReadsBackAsTheDefaults) {
+    nn::Config defaults;
+    defaults.data.features = "features.safetensors";
+    const std::string text = write_config(default_config("stacked-attention"), true);
+    EXPECT_EQ(all_of(parse_config(text, "c.yaml")), all_of(defaults));
+}
+
+TEST(ConfigRoundTrip, EveryKeyIsPrintedWithAComment) {
+    const std::string text = write_config(default_config("stacked-attention"), true);
+    for (const char* key : {"kind",
+                            "attention",
+                            "joint",
+                            "tied",
+                            "latent_activation",
+                            "decoder_fc_activation",
+                            "mask_power",
+                            "mask_epsilon",
+                            "levels",
+                            "components",
+                            "sparsity_range",
+                            "sparsity_ramp",
+                            "reconstruction",
+                            "sparsity",
+                            "range",
+                            "range_limit",
+                            "features",
+                            "step",
+                            "count",
+                            "seed",
+                            "path",
+                            "center",
+                            "epochs",
+                            "batch",
+                            "learning_rate",
+                            "learning_rate_decay",
+                            "decay_steps",
+                            "learning_rate_floor",
+                            "start",
+                            "sparsity_step",
+                            "checkpoint_every",
+                            "minimum_strength",
+                            "relative_threshold",
+                            "absolute_threshold"}) {
+        EXPECT_THAT(text, testing::ContainsRegex(std::string("[ -] ") + key + ": *[^#\n]*# "));
+    }
+}
+
+}  // namespace
+}  // namespace mscomp
