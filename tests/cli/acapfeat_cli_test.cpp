@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 
+#include "base/temporary_folder.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
@@ -34,11 +35,7 @@ struct Outcome {
 
 class Programs : public testing::Test {
   protected:
-    Programs() {
-        fs::remove_all(folder_);
-        fs::create_directories(folder_ + "/work");
-    }
-    ~Programs() override { fs::remove_all(folder_); }
+    Programs() { fs::create_directories(folder_ + "/work"); }
 
     std::string path(const std::string& name) const { return folder_ + "/work/" + name; }
 
@@ -70,8 +67,8 @@ class Programs : public testing::Test {
         return outcome;
     }
 
-    std::string folder_ = testing::TempDir() + "programs_" +
-                          testing::UnitTest::GetInstance()->current_test_info()->name();
+    TemporaryFolder temporary_;
+    std::string folder_ = temporary_.path();
 };
 
 // One rotation about an oblique axis and a shift, of more than a right angle for `step` > 1.

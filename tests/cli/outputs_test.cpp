@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <functional>
 
+#include "base/temporary_folder.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 
@@ -18,9 +20,9 @@ class Outputs : public testing::Test {
         std::filesystem::create_directories(folder_ + "/empty");
         write_file(folder_ + "/full/file", "x");
     }
-    ~Outputs() override { std::filesystem::remove_all(folder_); }
 
-    std::string folder_ = testing::TempDir() + "outputs_test";
+    TemporaryFolder temporary_;
+    std::string folder_ = temporary_.path();
 };
 
 std::string refusal(const std::function<void()>& call) {

@@ -5,10 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <numeric>
 
-#include "mscomp/base/atomic_file.h"
+#include "base/temporary_folder.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
@@ -38,14 +37,11 @@ void expect_partition(const Split& split, int shape_count) {
 
 class SplitFile : public testing::Test {
   protected:
-    SplitFile() { std::filesystem::create_directories(folder_); }
-    ~SplitFile() override { std::filesystem::remove_all(folder_); }
-
     Split resolve(const std::string& text, int shape_count) {
-        write_file(folder_ + "/indices.txt", text);
+        folder_.put("indices.txt", text);
         nn::SplitConfig config = split_config(nn::SplitKind::file);
         config.path = "indices.txt";
-        return resolve_split(config, shape_count, folder_);
+        return resolve_split(config, shape_count, folder_.path());
     }
     std::string refusal(const std::string& text, int shape_count) {
         try {
@@ -57,7 +53,7 @@ class SplitFile : public testing::Test {
         return {};
     }
 
-    std::string folder_ = testing::TempDir() + "split_test";
+    TemporaryFolder folder_;
 };
 
 TEST(Split, AllTrainsOnEverything) {
