@@ -4,7 +4,7 @@
 set -euo pipefail
 
 packages=(g++ cmake ninja-build libeigen3-dev libceres-dev libopenmesh-dev libcli11-dev
-          libgtest-dev libgmock-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libspdlog-dev
+          libgtest-dev libgmock-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev
           libstb-dev libxxhash-dev libbenchmark-dev)
 case "${1:-}" in
     "") ;;

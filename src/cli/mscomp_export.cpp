@@ -75,6 +75,7 @@ nlohmann::ordered_json describe(const nn::Component& c, int vertices, bool has_f
                                 {"level", c.level},
                                 {"parent", c.parent},
                                 {"center_vertex", c.center},
+                                {"longest_vertex", c.longest},
                                 {"strength", c.strength},
                                 {"kept", c.kept},
                                 {"reason", c.reason},
@@ -95,6 +96,55 @@ nlohmann::ordered_json describe(const nn::Component& c, int vertices, bool has_f
 std::string scale_name(std::size_t level, std::size_t levels) {
     if (levels == 1) return "one level";
     return level == 0 ? "coarse" : level + 1 == levels ? "fine" : "middle";
+}
+
+std::vector<std::string> level_headings(const std::vector<nn::Component>& components,
+                                        const TrainedRun& run) {
+    const std::size_t levels = run.model->levels().size();
+    std::vector<std::string> headings;
+    for (std::size_t l = 0; l < levels; ++l) {
+        headings.push_back(fmt::format(
+            "Level {} ({}), mean support {:.0f} % of the vertices", l, scale_name(l, levels),
+            100 * nn::mean_support(components, static_cast<int>(l), run.model->vertex_count())));
+    }
+    return headings;
+}
+
+struct ShownComponent {
+    const nn::Component* component;
+    DeformedShape shape;
+};
+
+/// One view for all pictures, wide enough for the shape that reaches farthest.
+View common_view(const TriangleMesh& reference, const std::vector<ShownComponent>& shown,
+                 int longer_side, std::array<int, 2>& size) {
+    std::vector<Point> all = reference.vertices;
+    for (const ShownComponent& each : shown) {
+        all.insert(all.end(), each.shape.mesh.vertices.begin(), each.shape.mesh.vertices.end());
+    }
+    size = picture_size(fit_view(all), longer_side);
+    return fit_view(all, static_cast<double>(size[0]) / size[1]);
+}
+
+/// The contact sheet: the reference, then each level's components under a heading.
+Image overview(const std::string& title, const TriangleMesh& reference,
+               const std::vector<ShownComponent>& shown, const std::vector<std::string>& headings,
+               int longer_side) {
+    std::array<int, 2> size{};
+    const View view = common_view(reference, shown, longer_side, size);
+    std::vector<SheetTile> tiles{
+        {render_mesh(reference, {}, view, size[0], size[1]), "reference", 0}};
+    for (const auto& [component, shape] : shown) {
+        tiles.push_back({render_mesh(shape.mesh, colors_of(shape), view, size[0], size[1]),
+                         fmt::format("{}  {:.0f} %", component->id,
+                                     100.0 * component->support / reference.vertex_count()),
+                         component->level + 1});
+    }
+    std::vector<std::string> all_headings{"Reference"};
+    all_headings.insert(all_headings.end(), headings.begin(), headings.end());
+    constexpr int kSheetWidth = 2600;
+    const int columns = std::clamp(kSheetWidth / size[0], 1, static_cast<int>(tiles.size()));
+    return contact_sheet(tiles, all_headings, title, columns);
 }
 
 }  // namespace
@@ -128,35 +178,20 @@ void run_export(const ExportOptions& options) {
     const PoissonReconstruction poisson(context.reference, parse_edge_weights(context.weights));
     create_folder(options.output);
 
-    const View view = fit_view(context.reference.vertices);
-    const std::vector<std::array<float, 3>> plain(static_cast<std::size_t>(vertices),
-                                                  white_to_blue(0));
-    std::vector<SheetTile> tiles{
-        {render_mesh(context.reference, plain, view, options.tile, options.tile), "reference", 0}};
-    std::vector<std::string> headings{"Reference"};
-    const std::size_t levels = run.model->levels().size();
-    for (std::size_t l = 0; l < levels; ++l) {
-        headings.push_back(fmt::format(
-            "Level {} ({}), mean support {:.0f} % of the vertices", l, scale_name(l, levels),
-            100 * nn::mean_support(components, static_cast<int>(l), vertices)));
-    }
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    std::vector<ShownComponent> shown;
     Progress progress("export", static_cast<std::int64_t>(components.size()),
                       progress_options(options.common.quiet));
-    int kept = 0, written = 0;
+    int kept = 0;
     for (const nn::Component& component : components) {
         throw_if_interrupted("interrupted; some components are written, components.json is not");
         const bool has_file = component.kept || options.all;
         list.push_back(describe(component, vertices, has_file));
         kept += component.kept ? 1 : 0;
         if (has_file) {
-            const DeformedShape shape = deformed_shape(component, context.reference, poisson);
-            write_component_ply(fmt::format("{}/{}", options.output, file_name(component)), shape);
-            tiles.push_back(
-                {render_mesh(shape.mesh, colors_of(shape), view, options.tile, options.tile),
-                 fmt::format("{}  {:.0f} %", component.id, 100.0 * component.support / vertices),
-                 component.level + 1});
-            ++written;
+            shown.push_back({&component, deformed_shape(component, context.reference, poisson)});
+            write_component_ply(fmt::format("{}/{}", options.output, file_name(component)),
+                                shown.back().shape);
         }
         progress.update(static_cast<std::int64_t>(list.size()));
     }
@@ -166,18 +201,18 @@ void run_export(const ExportOptions& options) {
                                   {"kept", kept},
                                   {"components", list}};
     write_file(options.output + "/components.json", report.dump(2) + "\n");
-    write_png(options.output + "/overview.png",
-              contact_sheet(tiles, headings,
-                            fmt::format("{} components of {}", kept,
-                                        std::filesystem::path(context.source).stem().string()),
-                            8));
+    const std::string title = fmt::format("{} components of {}", kept,
+                                          std::filesystem::path(context.source).stem().string());
+    write_png(
+        options.output + "/overview.png",
+        overview(title, context.reference, shown, level_headings(components, run), options.tile));
     if (options.common.json) {
         fmt::print("{}\n", report.dump(2));
         return;
     }
     fmt::print("{}/overview.png: {} of {} components kept\n", options.output, kept,
                components.size());
-    fmt::print("{}/components.json and {} PLY files\n", options.output, written);
+    fmt::print("{}/components.json and {} PLY files\n", options.output, shown.size());
 }
 
 }  // namespace mscomp

@@ -105,8 +105,9 @@ std::vector<Component> extract_components(StackedModel<float>& model,
         const std::vector<float> weights = model.to_user_order(
             level.weights, std::as_const(model).parameters().value(level.weights));
         const int rows = level.autoencoders * level.components;
-        const std::vector<int> centers =
-            component_centers<float>(weights, rows, model.vertex_count());
+        const std::vector<int> centers = model.centers(l);
+        const std::vector<int> longest =
+            longest_vertices<float>(weights, rows, model.vertex_count());
         for (int row = 0; row < rows; ++row) {
             Component c;
             c.level = l;
@@ -115,6 +116,7 @@ std::vector<Component> extract_components(StackedModel<float>& model,
             c.parent = parent_id(model, l, c.autoencoder);
             c.id = component_id(c, model.config().attention);
             c.center = centers[at(row)];
+            c.longest = longest[at(row)];
             for (std::int64_t v = 0; v < model.vertex_count(); ++v) {
                 if (row_norm(weights, std::int64_t{row} * model.vertex_count() + v) > 0)
                     ++c.support;

@@ -87,6 +87,12 @@ void write_model(const std::string& path, StackedModel<float>& model, const Mode
         add("adam_m", parameters.moment1(i));
         add("adam_v", parameters.moment2(i));
     }
+    std::vector<std::vector<int>> centers;
+    centers.reserve(model.levels().size());
+    for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
+        centers.push_back(model.centers(l));
+        writer.add<int>(fmt::format("centers/level{}", l), {count(centers.back())}, centers.back());
+    }
     for (std::size_t l = 0; l < codes.size(); ++l) {
         const auto& level = model.levels()[l];
         const std::int64_t width = std::int64_t{level.autoencoders} * level.components;
@@ -177,6 +183,19 @@ void ModelFile::load(StackedModel<float>& model) const {
             read("parameter", parameters.value(i));
             read("adam_m", parameters.moment1(i));
             read("adam_v", parameters.moment2(i));
+        }
+        for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
+            const auto& level = model.levels()[static_cast<std::size_t>(l)];
+            const std::int64_t rows = std::int64_t{level.autoencoders} * level.components;
+            const auto centers =
+                content_->file.data<int>(fmt::format("centers/level{}", l), {rows});
+            for (const int center : centers) {
+                if (center >= 0 && center < model.vertex_count()) continue;
+                throw CheckpointError(
+                    content_->file.path(),
+                    fmt::format("centre {} of {} vertices", center, model.vertex_count()));
+            }
+            model.set_centers(l, {centers.begin(), centers.end()});
         }
     });
 }

@@ -65,8 +65,7 @@ void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, 
         const int rows = level.autoencoders * level.components;
         const std::span<T> weights = model.parameters().value(level.weights);
         const std::span<const T> moment2 = model.parameters().moment2(level.weights);
-        const std::vector<int> centers = component_centers<T>(weights, rows, vertices);
-        const std::vector<SparsityRow> around = level.sparsity->rows(centers);
+        const std::vector<SparsityRow>& around = level.sparsity->focus(std::span<const T>(weights));
         parallel_for(rows, [&](std::int64_t row) {
             for (int v = 0; v < vertices; ++v) {
                 const double lambda = around[static_cast<std::size_t>(row)].weight(v);

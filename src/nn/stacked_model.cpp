@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
@@ -36,7 +37,9 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
         Level level;
         level.autoencoders = autoencoders;
         level.components = config.levels[l].components;
-        sparsity_.push_back(std::make_unique<SparsityRows>(inner_distances_, config.levels[l]));
+        sparsity_.push_back(std::make_unique<SparsityRows>(
+            inner_distances_, config.levels[l],
+            options.sparsity_gradient ? CenterRule::follow : CenterRule::settle));
         level.sparsity = sparsity_.back().get();
         const auto add = [&](const char* what, Extents extents) {
             extents.insert(extents.begin(), autoencoders);
@@ -259,6 +262,19 @@ void StackedModel<T>::from_user_order(int index, std::span<const T> user,
                         inner.begin() + (row * vertices + v) * kDim);
         }
     }
+}
+
+template <class T>
+std::vector<int> StackedModel<T>::centers(int level) const {
+    std::vector<int> user = levels_[at(level)].sparsity->centers();
+    for (int& v : user) v = v < 0 ? v : order_.to_user[at(v)];
+    return user;
+}
+
+template <class T>
+void StackedModel<T>::set_centers(int level, std::vector<int> user) {
+    for (int& v : user) v = v < 0 ? v : order_.to_internal[at(v)];
+    levels_[at(level)].sparsity->set_centers(std::move(user));
 }
 
 template class StackedModel<float>;

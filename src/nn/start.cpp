@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
@@ -76,6 +77,13 @@ class Residual {
         return direction;
     }
 
+    /// Sum of the squared codes of `direction`.
+    double explained(const std::vector<double>& direction) const {
+        double sum = 0;
+        for (const double code : project(direction)) sum += square(code);
+        return sum;
+    }
+
     void subtract(const std::vector<double>& direction) {
         const std::vector<double> codes = project(direction);
         for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
@@ -126,24 +134,31 @@ std::vector<char> free_vertices(const SparsityRow& row) {
     return free;
 }
 
-std::int64_t longest_vertex(const std::vector<double>& direction) {
-    return component_centers<double>(direction, 1, static_cast<int>(direction.size()) / kFeatureDim)
-        .front();
-}
+struct FoundComponent {
+    int center = 0;
+    std::vector<double> direction;  // (V,9)
+    double energy = -1;             // explained by it
+};
 
-/// A component around the strongest vertex, moved until its centre is where it is longest.
-std::vector<double> next_component(const Residual& residual, SparsityRows& sparsity) {
-    constexpr int kMoves = 4;
-    std::int64_t center = residual.strongest_vertex();
-    std::vector<double> direction;
+/// A component around the strongest vertex, then around where it is longest, as long as that
+/// explains more.
+FoundComponent next_component(const Residual& residual, SparsityRows& sparsity) {
+    constexpr int kMoves = 6;
+    FoundComponent best;
+    int center = static_cast<int>(residual.strongest_vertex());
     for (int move = 0; move < kMoves; ++move) {
-        direction =
-            residual.main_direction(center, free_vertices(sparsity.row(static_cast<int>(center))));
-        const std::int64_t longest = longest_vertex(direction);
-        if (longest == center) break;
-        center = longest;
+        FoundComponent found;
+        found.center = center;
+        found.direction = residual.main_direction(center, free_vertices(sparsity.row(center)));
+        found.energy = residual.explained(found.direction);
+        if (!(found.energy > best.energy)) break;
+        best = std::move(found);
+        center = longest_vertices<double>(best.direction, 1,
+                                          static_cast<int>(best.direction.size()) / kFeatureDim)
+                     .front();
+        if (center == best.center) break;
     }
-    return direction;
+    return best;
 }
 
 template <class T>
@@ -156,16 +171,20 @@ void deflate_level(StackedModel<T>& model, int index, std::int64_t shapes) {
     const std::span<T> weights = parameters.value(level.weights);
     // One autoencoder after the other: distance rows are cached, and caching is not for many
     // threads.
+    std::vector<int> centers;
     for (std::int64_t a = 0; a < level.autoencoders; ++a) {
         Residual residual(x.data() + a * vertices * kDim * lanes, vertices, lanes, shapes);
         for (std::int64_t k = 0; k < level.components; ++k) {
-            const std::vector<double> direction = next_component(residual, *level.sparsity);
-            residual.subtract(direction);
+            const FoundComponent found = next_component(residual, *level.sparsity);
+            residual.subtract(found.direction);
+            centers.push_back(found.center);
             T* row = weights.data() + (a * level.components + k) * vertices * kDim;
-            for (std::size_t i = 0; i < direction.size(); ++i)
-                row[i] = static_cast<T>(direction[i]);
+            for (std::size_t i = 0; i < found.direction.size(); ++i) {
+                row[i] = static_cast<T>(found.direction[i]);
+            }
         }
     }
+    level.sparsity->set_centers(std::move(centers));
 }
 
 }  // namespace
@@ -175,6 +194,7 @@ void start_random(StackedModel<T>& model, std::uint64_t seed) {
     constexpr double kDeviation = 0.02;
     ParameterSet<T>& parameters = model.parameters();
     for (const auto& level : model.levels()) {
+        level.sparsity->set_centers({});
         for (const int index : {level.w_own, level.w_ring, level.decoder_w_own,
                                 level.decoder_w_ring, level.weights}) {
             const CounterRandom random(seed, static_cast<std::uint64_t>(index) + 1);

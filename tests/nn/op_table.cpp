@@ -62,7 +62,7 @@ Var weights_with_centers(OpFixture<T>& f) {
 
 template <class T>
 Var sparsity(OpFixture<T>& f, Var weights, const LevelConfig& level) {
-    f.sparsity = std::make_unique<SparsityRows>(*f.distances, level);
+    f.sparsity = std::make_unique<SparsityRows>(*f.distances, level, CenterRule::follow);
     return group_sparsity(f.tape, weights, *f.sparsity, true);
 }
 

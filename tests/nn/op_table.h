@@ -15,6 +15,7 @@ namespace mscomp::nn {
 class LineDistances final : public DistanceRows {
   public:
     explicit LineDistances(int vertices);
+    int vertex_count() const override { return static_cast<int>(rows_.size()); }
     std::span<const double> row(int vertex) override {
         return rows_[static_cast<std::size_t>(vertex)];
     }

@@ -44,6 +44,7 @@ class ProximalStep : public testing::Test {
         std::span<float> c = model_->parameters().value(weights_);
         for (int v = 0; v < vertices_; ++v) at(c, v) = v == center_ ? 1.0F : 0.5F;
         for (float& v : model_->parameters().moment2(weights_)) v = 0.04F;
+        model_->levels()[0].sparsity->set_centers({center_, center_, center_});
     }
     float& at(std::span<float> c, int v) { return c[static_cast<std::size_t>(v * 9)]; }
     double distance(int v) {

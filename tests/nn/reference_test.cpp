@@ -22,6 +22,7 @@ class StoredDistances final : public DistanceRows {
   public:
     StoredDistances(std::span<const double> table, int vertices)
         : table_(table), vertices_(vertices) {}
+    int vertex_count() const override { return vertices_; }
     std::span<const double> row(int vertex) override {
         return table_.subspan(
             static_cast<std::size_t>(vertex) * static_cast<std::size_t>(vertices_),

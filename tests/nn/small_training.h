@@ -30,6 +30,7 @@ class SphereDistances final : public DistanceRows {
             }
         }
     }
+    int vertex_count() const override { return static_cast<int>(rows_.size()); }
     std::span<const double> row(int vertex) override {
         return rows_[static_cast<std::size_t>(vertex)];
     }

@@ -30,7 +30,7 @@ TEST(DeflationStart, GivesUnitRowsWithExactSupports) {
     for (const auto& level : model->levels()) {
         const std::span<const float> weights = model->parameters().value(level.weights);
         const int rows = level.autoencoders * level.components;
-        const std::vector<int> centers = component_centers<float>(weights, rows, vertices);
+        const std::vector<int>& centers = level.sparsity->centers();
         for (int row = 0; row < rows; ++row) {
             EXPECT_NEAR(row_length(weights, row, vertices), 1, 1e-5);
             const SparsityRow around = level.sparsity->row(centers[static_cast<std::size_t>(row)]);
@@ -51,10 +51,7 @@ TEST(DeflationStart, FindsSeparatePatches) {
     const auto model = problem.make_model();
     start_deflation(*model, std::span<const float>(problem.features),
                     std::span<const int>(problem.shapes));
-    const auto& level = model->levels()[0];
-    const std::vector<float> weights = model->to_user_order(
-        level.weights, std::span<const float>(model->parameters().value(level.weights)));
-    std::vector<int> centers = component_centers<float>(weights, 3, model->vertex_count());
+    std::vector<int> centers = model->centers(0);
     std::sort(centers.begin(), centers.end());
     EXPECT_EQ(centers, (std::vector<int>{0, 1, 2}));
 }

@@ -13,6 +13,7 @@ class DistanceRows {
     DistanceRows& operator=(const DistanceRows&) = delete;
     virtual ~DistanceRows() = default;
 
+    virtual int vertex_count() const = 0;
     /// (V) distances from `vertex`, in [0, 1] where 1 is the largest pairwise distance; another
     /// connected component is at distance 1. The span stays valid as long as this object lives.
     virtual std::span<const double> row(int vertex) = 0;

@@ -65,6 +65,7 @@ class NormalizedGeodesics final : public DistanceRows {
   public:
     /// Throws NumericalError if `largest_distance` is negative or not finite.
     NormalizedGeodesics(HeatGeodesics geodesics, double largest_distance);
+    int vertex_count() const override { return geodesics_.vertex_count(); }
     std::span<const double> row(int vertex) override;
     /// Computes those of `vertices` that are not there yet, in parallel.
     void prepare(std::span<const int> vertices) override;

@@ -20,7 +20,8 @@ struct Component {
     std::string parent;                 // id of the component one level coarser, empty at level 0
     int autoencoder = 0;                // within the level
     int index = 0;                      // within the autoencoder
-    int center = 0;                     // vertex where the component weights are longest
+    int center = 0;                     // vertex its support lies around
+    int longest = 0;                    // vertex where the component weights are longest
     double code_min = 0, code_max = 0;  // over the training shapes
     double code_reference = 0;          // code of the reference
     double code_end = 0;                // the end (min or max) that moves the shape more

@@ -67,9 +67,10 @@ Var masked_residual(Tape<T>& tape, Var x, Var y, Var mask, bool joint);
 template <class T>
 Var squared_error(Tape<T>& tape, Var x, Var y, const LaneMask<T>& lanes);
 
-/// Omega = (1/K) sum_k sum_i Lambda_ik |C_k,i| per autoencoder: (A). The centre of component k is
-/// argmax_i |C_k,i| (lowest index on ties), a constant for differentiation; the gradient of |x| at
-/// 0 is 0. `differentiable` false reports the value only (the proximal step then does the rest).
+/// Omega = (1/K) sum_k sum_i Lambda_ik |C_k,i| per autoencoder: (A). The centres that Lambda is
+/// counted from are brought up to date first (SparsityRows::focus) and constant for
+/// differentiation; the gradient of |x| at 0 is 0. `differentiable` false reports the value only
+/// (the proximal step then does the rest). `sparsity` is borrowed.
 template <class T>
 Var group_sparsity(Tape<T>& tape, Var component_weights, SparsityRows& sparsity,
                    bool differentiable);
@@ -82,10 +83,5 @@ Var range_penalty(Tape<T>& tape, Var codes, double limit, const LaneMask<T>& lan
 /// sum_j factor_j sum(terms_j): a single number.
 template <class T>
 Var weighted_sum(Tape<T>& tape, std::vector<Var> terms, std::vector<double> factors);
-
-/// Centre of every component, argmax_i |C_k,i|, lowest index on ties; weights (rows,V,9) -> (rows).
-template <class T>
-std::vector<int> component_centers(std::span<const T> component_weights, int rows,
-                                   int vertex_count);
 
 }  // namespace mscomp::nn

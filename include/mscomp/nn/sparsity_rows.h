@@ -21,22 +21,44 @@ struct SparsityRow {
     bool is_free(int vertex) const { return weight(vertex) < 1; }
 };
 
-/// The rows of one level. The reach of a centre is the sparsity range, or less where more than
-/// LevelConfig::max_support of the vertices are nearer than that.
+enum class CenterRule {
+    follow,  // always the longest vertex, as in the papers
+    settle   // moves to the longest vertex only where that lowers the penalty of the component
+};
+
+/// The centres of the components of one level and the penalty around them. The reach of a centre is
+/// the sparsity range, or less where more than LevelConfig::max_support of the vertices are nearer.
+///
+/// Under `follow` a component whose longest vertex jumps is suddenly free elsewhere and punished
+/// where it lives; together with exact zeros that destroys it. `settle` never raises the penalty.
 class SparsityRows {
   public:
     /// Borrows `distances`.
-    SparsityRows(DistanceRows& distances, const LevelConfig& level);
+    SparsityRows(DistanceRows& distances, const LevelConfig& level, CenterRule rule);
+
+    /// Updates the centres for component weights (rows,V,9) and returns one row for each.
+    template <class T>
+    const std::vector<SparsityRow>& focus(std::span<const T> component_weights);
+
+    /// Centres of the last focus or as set; -1 where there is none yet.
+    const std::vector<int>& centers() const { return centers_; }
+    void set_centers(std::vector<int> centers) { centers_ = std::move(centers); }
 
     SparsityRow row(int center);
-    std::vector<SparsityRow> rows(std::span<const int> centers);
 
   private:
     double reach(std::span<const double> distances) const;
 
     DistanceRows& distances_;
     LevelConfig level_;
+    CenterRule rule_;
+    std::vector<int> centers_;
+    std::vector<SparsityRow> rows_;
     std::unordered_map<int, double> reaches_;  // by centre
 };
+
+/// The vertex where each component is longest, lowest index on ties; weights (rows,V,9) -> (rows).
+template <class T>
+std::vector<int> longest_vertices(std::span<const T> component_weights, int rows, int vertex_count);
 
 }  // namespace mscomp::nn

@@ -31,10 +31,12 @@ template <class T>
 class StackedModel {
   public:
     struct Options {
-        int batch = 256;                 // most shapes of a forward pass
-        bool sparsity_gradient = false;  // false where the proximal step handles sparsity
-        bool input_gradient = false;     // for checks
-        bool losses = true;  // false: encode and decode only, no distances are asked for
+        int batch = 256;  // most shapes of a forward pass
+        /// The papers' subgradient with centres that follow; false: the proximal step handles
+        /// sparsity, around centres that settle.
+        bool sparsity_gradient = false;
+        bool input_gradient = false;  // for checks
+        bool losses = true;           // false: encode and decode only, no distances are asked for
     };
     /// What one level consists of. Parameters are named level<l>.<what>.
     struct Level {
@@ -82,6 +84,10 @@ class StackedModel {
     std::vector<T> input_gradient();
     /// Output of one autoencoder for a code (K) of the caller, (V,9).
     std::vector<T> decode(int level, int autoencoder, std::span<const T> code);
+
+    /// Centre vertex of every component of a level, (A*K); empty before the first pass.
+    std::vector<int> centers(int level) const;
+    void set_centers(int level, std::vector<int> user);
 
     /// A parameter-sized array of entry `index` in the vertex order of the user, and back.
     std::vector<T> to_user_order(int index, std::span<const T> inner) const;

@@ -28,6 +28,7 @@ OneRings reordered(const OneRings& rings, const VertexOrder& order);
 class ReorderedDistances final : public DistanceRows {
   public:
     ReorderedDistances(DistanceRows& user_rows, const VertexOrder& order);
+    int vertex_count() const override { return order_.vertex_count(); }
     std::span<const double> row(int vertex) override;
     void prepare(std::span<const int> vertices) override;
 

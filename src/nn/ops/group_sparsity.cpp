@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
 #include <cmath>
 
 #include "batch.h"
@@ -34,9 +33,7 @@ class GroupSparsity final : public Op<T> {
 
     void forward(Tape<T>& tape) override {
         const std::int64_t rows = autoencoders_ * components_;
-        const std::vector<int> centers = component_centers<T>(
-            tape.value(weights_), static_cast<int>(rows), static_cast<int>(vertices_));
-        rows_ = sparsity_.rows(centers);
+        rows_ = &sparsity_.focus(std::span<const T>(tape.value(weights_)));
         parallel_for(rows, [&](std::int64_t row) {
             const T* c = tape.value(weights_).data() + row * vertices_ * kFeatureDim;
             double sum = 0;
@@ -79,13 +76,11 @@ class GroupSparsity final : public Op<T> {
         std::vector<T> omega(static_cast<std::size_t>(autoencoders_), T{0});
         for (std::int64_t row = 0; row < autoencoders_ * components_; ++row) {
             const T* c = tape.value(weights_).data() + row * vertices_ * kFeatureDim;
-            int center = 0;
-            for (int v = 1; v < vertices_; ++v) {
-                if (norm(c + v * kFeatureDim) > norm(c + center * kFeatureDim)) center = v;
-            }
+            const SparsityRow around =
+                sparsity_.row(sparsity_.centers()[static_cast<std::size_t>(row)]);
             for (int v = 0; v < vertices_; ++v) {
                 omega[static_cast<std::size_t>(row / components_)] +=
-                    static_cast<T>(sparsity_.row(center).weight(v)) * norm(c + v * kFeatureDim) /
+                    static_cast<T>(around.weight(v)) * norm(c + v * kFeatureDim) /
                     static_cast<T>(components_);
             }
         }
@@ -94,39 +89,18 @@ class GroupSparsity final : public Op<T> {
 
   private:
     double weight(std::int64_t row, std::int64_t v) const {
-        return rows_[static_cast<std::size_t>(row)].weight(static_cast<int>(v));
+        return (*rows_)[static_cast<std::size_t>(row)].weight(static_cast<int>(v));
     }
 
     Var weights_;
     SparsityRows& sparsity_;
     std::int64_t autoencoders_, components_, vertices_;
     Var omega_;
-    std::vector<SparsityRow> rows_;  // around the centres of the last forward pass
+    const std::vector<SparsityRow>* rows_ = nullptr;  // of the last forward pass
     std::vector<double> row_sums_;
 };
 
 }  // namespace
-
-template <class T>
-std::vector<int> component_centers(std::span<const T> component_weights, int rows,
-                                   int vertex_count) {
-    std::vector<int> centers(static_cast<std::size_t>(rows), 0);
-    parallel_for(rows, [&](std::int64_t row) {
-        const T* c = component_weights.data() + row * vertex_count * kFeatureDim;
-        T largest = -1;
-        for (int v = 0; v < vertex_count; ++v) {
-            T length = 0;
-            for (int i = 0; i < kFeatureDim; ++i) {
-                length += c[v * kFeatureDim + i] * c[v * kFeatureDim + i];
-            }
-            if (length > largest) {
-                largest = length;
-                centers[static_cast<std::size_t>(row)] = v;
-            }
-        }
-    });
-    return centers;
-}
 
 template <class T>
 Var group_sparsity(Tape<T>& tape, Var component_weights, SparsityRows& sparsity,
@@ -134,8 +108,6 @@ Var group_sparsity(Tape<T>& tape, Var component_weights, SparsityRows& sparsity,
     return record_op<GroupSparsity<T>>(tape, component_weights, sparsity, differentiable);
 }
 
-template std::vector<int> component_centers(std::span<const float>, int, int);
-template std::vector<int> component_centers(std::span<const double>, int, int);
 template Var group_sparsity(Tape<float>&, Var, SparsityRows&, bool);
 template Var group_sparsity(Tape<double>&, Var, SparsityRows&, bool);
 
