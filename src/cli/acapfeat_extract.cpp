@@ -141,11 +141,15 @@ void run_extract(const ExtractCommand& options) {
     throw_if_interrupted(interrupted_message);
     Progress progress("extract", input.sequence.shape_count(),
                       progress_options(options.common.quiet));
-    const FeatureSet set =
+    FeatureSet set =
         extract_features(input.sequence, input.reference, extraction, [&](int done, int) {
             throw_if_interrupted(interrupted_message);
             progress.update(done);
         });
+    const SurfaceConnectivity connectivity =
+        analyze_connectivity(set.vertex_count(), set.reference.faces);
+    set.warnings.insert(set.warnings.begin(), connectivity.report.warnings.begin(),
+                        connectivity.report.warnings.end());
     write_features(options.output, set);
     print_summary(set, options);
 }

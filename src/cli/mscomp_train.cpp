@@ -29,7 +29,8 @@ namespace {
 /// Everything a training run works on, in the order it is made.
 struct TrainingSetup {
     nn::Config config;
-    FeatureSet set;  // features scaled in place
+    FeatureSet set;                        // features scaled in place
+    std::vector<FeatureExtreme> extremes;  // of the training features, before scaling
     nn::ModelContext context;
     std::unique_ptr<NormalizedGeodesics> distances;
     std::unique_ptr<nn::StackedModel<float>> model;
@@ -72,7 +73,7 @@ void require_same_config(const nn::ModelFile& file, const nn::Config& config,
                     run, config_path(run)));
 }
 
-TrainingSetup prepare(const nn::Config& config, const std::string& run, LineFile& log) {
+TrainingSetup prepare(const nn::Config& config) {
     TrainingSetup setup;
     setup.config = config;
     setup.set = read_features(config.data.features);
@@ -83,6 +84,7 @@ TrainingSetup prepare(const nn::Config& config, const std::string& run, LineFile
                            config.data.center == nn::Scaling::minmax ? FeatureCenter::minmax
                                                                      : FeatureCenter::reference);
     scaler.scale(setup.set.features);
+    setup.extremes = scaler.extremes;
 
     const HeatGeodesics geodesics(setup.set.reference);
     const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
@@ -101,20 +103,22 @@ TrainingSetup prepare(const nn::Config& config, const std::string& run, LineFile
         config.model, config.loss,
         one_rings_of_faces(setup.set.vertex_count(), setup.set.reference.faces), *setup.distances,
         nn::training_options(config, static_cast<int>(split.train.size())));
+    return setup;
+}
 
+void describe(const TrainingSetup& setup, const std::string& run, LineFile& log) {
     log.append(fmt::format("{}: {} shapes ({} train), {} vertices; run folder {}",
-                           config.data.features, setup.set.shape_count(), split.train.size(),
-                           setup.set.vertex_count(), run));
-    log.append(fmt::format("largest geodesic distance {:.6g} ({})", normalizer.largest_distance,
-                           normalizer.exact ? "exact" : "lower bound"));
-    for (const FeatureExtreme& extreme : scaler.extremes) {
+                           setup.config.data.features, setup.set.shape_count(),
+                           setup.context.train_shapes.size(), setup.set.vertex_count(), run));
+    log.append(fmt::format("largest geodesic distance {:.6g} ({})", setup.context.largest_distance,
+                           setup.context.largest_distance_exact ? "exact" : "lower bound"));
+    for (const FeatureExtreme& extreme : setup.extremes) {
         log.append(
             fmt::format("extreme of the training features: channel {} is {:.6g} in {} at "
                         "vertex {}",
                         extreme.channel, extreme.value,
                         setup.set.names[static_cast<std::size_t>(extreme.shape)], extreme.vertex));
     }
-    return setup;
 }
 
 /// Saves run state: rows and log first, so that the checkpoint never claims more than they hold.
@@ -191,14 +195,15 @@ void run_train(const TrainOptions& options) {
         earlier.emplace(checkpoint_path(run));
         require_same_config(*earlier, config, run);
     }
+    TrainingSetup setup = prepare(config);
+
     create_folder(run);
     if (!earlier) std::filesystem::remove(checkpoint_path(run));
-
     LineFile log(log_path(run));
     const std::time_t now = std::time(nullptr);
     log.append(
         fmt::format("{:%Y-%m-%d %H:%M:%S} UTC  mscomp train {}", fmt::gmtime(now), options.config));
-    TrainingSetup setup = prepare(config, run, log);
+    describe(setup, run, log);
     write_file(config_path(run), write_config(config, true));
     nn::Trainer trainer(*setup.model, setup.config, setup.set.features, setup.context.train_shapes);
     if (earlier) {
