@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -27,8 +28,19 @@ namespace {
 struct DeformedShape {
     TriangleMesh mesh;
     std::vector<float> amount;
-    float peak = 0;
+    float full_blue = 0;  // the amount that is drawn in full colour
 };
+
+/// A few folded vertices can be far above all others: colour is full from the 98th percentile of
+/// the vertices that move.
+float full_color_amount(const std::vector<float>& amount) {
+    std::vector<float> moving;
+    std::ranges::copy_if(amount, std::back_inserter(moving), [](float a) { return a > 0; });
+    if (moving.empty()) return 0;
+    const auto at = moving.begin() + static_cast<std::ptrdiff_t>((moving.size() - 1) * 98 / 100);
+    std::nth_element(moving.begin(), at, moving.end());
+    return *at;
+}
 
 DeformedShape deformed_shape(const nn::Component& component, const TriangleMesh& reference,
                              const PoissonReconstruction& poisson) {
@@ -40,10 +52,10 @@ DeformedShape deformed_shape(const nn::Component& component, const TriangleMesh&
             for (std::size_t c = 0; c < kFeatureDim; ++c)
                 square += features[i + c] * features[i + c];
             shape.amount.push_back(std::sqrt(square));
-            shape.peak = std::max(shape.peak, shape.amount.back());
         }
         features[i] += kReferenceFeature[i % kFeatureDim];
     }
+    shape.full_blue = full_color_amount(shape.amount);
     shape.mesh = {poisson.solve(features), reference.faces};
     return shape;
 }
@@ -51,7 +63,7 @@ DeformedShape deformed_shape(const nn::Component& component, const TriangleMesh&
 std::vector<std::array<float, 3>> colors_of(const DeformedShape& shape) {
     std::vector<std::array<float, 3>> colors;
     for (const float amount : shape.amount) {
-        colors.push_back(white_to_blue(shape.peak > 0 ? amount / shape.peak : 0));
+        colors.push_back(white_to_blue(shape.full_blue > 0 ? amount / shape.full_blue : 0));
     }
     return colors;
 }

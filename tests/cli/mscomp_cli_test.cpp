@@ -146,7 +146,7 @@ TEST_F(Mscomp, ThreadsDoNotChangeABitOfTheCheckpoint) {
 
 // Killed without warning and resumed ends in the same bytes as a run that was left alone.
 TEST_F(Mscomp, KilledAndResumedIsUninterrupted) {
-    const std::string arguments = "train config.yaml --quiet --set train.epochs=400";
+    const std::string arguments = "train config.yaml --quiet --threads 1 --set train.epochs=300";
     expect_ok(mscomp(arguments + " -o whole"));
     const Outcome killed = shell(std::string(MSCOMP_BIN_DIR) + "/mscomp " + arguments +
                                  " -o killed & pid=$!\n"
@@ -156,11 +156,11 @@ TEST_F(Mscomp, KilledAndResumedIsUninterrupted) {
     expect_ok(mscomp(arguments + " -o killed --resume"));
     EXPECT_TRUE(checkpoint("killed") == checkpoint("whole"));
     const std::string metrics = read_file(path("killed/metrics.csv"));
-    EXPECT_EQ(std::count(metrics.begin(), metrics.end(), '\n'), 1 + 400);
+    EXPECT_EQ(std::count(metrics.begin(), metrics.end(), '\n'), 1 + 300);
 }
 
 TEST_F(Mscomp, CtrlCSavesAndSaysHowToGoOn) {
-    const std::string arguments = "train config.yaml --quiet --set train.epochs=100000";
+    const std::string arguments = "train config.yaml --quiet --threads 1 --set train.epochs=100000";
     const Outcome stopped = shell(std::string(MSCOMP_BIN_DIR) + "/mscomp " + arguments +
                                   " -o run & pid=$!\n"
                                   "until [ -e run/checkpoint.safetensors ]; do sleep 0.01; done\n"
