@@ -68,11 +68,9 @@ struct Fit {
 Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureSet& set,
                   const std::vector<int>& shapes, int levels) {
     const FeatureScaler scaler = run.scaler();
-    const FeatureScaler minmax = FeatureScaler::fit(
-        set,
-        run.context().source == options.features ? std::span<const int>(run.context().train_shapes)
-                                                 : std::span<const int>(shapes),
-        FeatureCenter::minmax);
+    FeatureScaler minmax;
+    minmax.offset = run.context().minmax_offset;
+    minmax.factor = run.context().minmax_factor;
     const PoissonReconstruction poisson(run.context().reference,
                                         parse_edge_weights(run.context().weights));
     const std::vector<std::string> names = shape_file_names(set.names);

@@ -13,6 +13,7 @@
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/safetensors.h"
 #include "mscomp/cli/config_file.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
@@ -73,6 +74,13 @@ void require_same_config(const nn::ModelFile& file, const nn::Config& config,
                     run, config_path(run)));
 }
 
+/// What the feature file says its data hash to; empty for files of other programs.
+std::string hash_of(const std::string& features) {
+    const SafetensorsFile file(features);
+    const auto found = file.metadata().find("xxh3");
+    return found == file.metadata().end() ? std::string() : found->second;
+}
+
 TrainingSetup prepare(const nn::Config& config) {
     TrainingSetup setup;
     setup.config = config;
@@ -83,6 +91,9 @@ TrainingSetup prepare(const nn::Config& config) {
         FeatureScaler::fit(setup.set, split.train,
                            config.data.center == nn::Scaling::minmax ? FeatureCenter::minmax
                                                                      : FeatureCenter::reference);
+    const FeatureScaler minmax = FeatureScaler::fit(setup.set, split.train, FeatureCenter::minmax);
+    setup.context.minmax_offset = minmax.offset;
+    setup.context.minmax_factor = minmax.factor;
     scaler.scale(setup.set.features);
     setup.extremes = scaler.extremes;
 
@@ -91,6 +102,7 @@ TrainingSetup prepare(const nn::Config& config) {
     setup.distances = make_distances(setup.set.reference, normalizer);
     setup.context.config = write_config(config, false);
     setup.context.source = config.data.features;
+    setup.context.source_hash = hash_of(config.data.features);
     setup.context.weights = setup.set.weights;
     setup.context.reference = setup.set.reference;
     setup.context.offset = scaler.offset;
@@ -196,6 +208,12 @@ void run_train(const TrainOptions& options) {
         require_same_config(*earlier, config, run);
     }
     TrainingSetup setup = prepare(config);
+    if (earlier && earlier->context().source_hash != setup.context.source_hash) {
+        throw UsageError(
+            fmt::format("{} was trained on other features than {} holds now; --resume "
+                        "needs the same",
+                        run, config.data.features));
+    }
 
     create_folder(run);
     if (!earlier) std::filesystem::remove(checkpoint_path(run));

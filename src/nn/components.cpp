@@ -106,8 +106,6 @@ std::vector<Component> extract_components(StackedModel<float>& model,
             level.weights, std::as_const(model).parameters().value(level.weights));
         const int rows = level.autoencoders * level.components;
         const std::vector<int> centers = model.centers(l);
-        const std::vector<int> longest =
-            longest_vertices<float>(weights, rows, model.vertex_count());
         for (int row = 0; row < rows; ++row) {
             Component c;
             c.level = l;
@@ -116,10 +114,15 @@ std::vector<Component> extract_components(StackedModel<float>& model,
             c.parent = parent_id(model, l, c.autoencoder);
             c.id = component_id(c, model.config().attention);
             c.center = centers[at(row)];
-            c.longest = longest[at(row)];
-            for (std::int64_t v = 0; v < model.vertex_count(); ++v) {
-                if (row_norm(weights, std::int64_t{row} * model.vertex_count() + v) > 0)
-                    ++c.support;
+            double largest = 0;
+            for (int v = 0; v < model.vertex_count(); ++v) {
+                const double length =
+                    row_norm(weights, std::int64_t{row} * model.vertex_count() + v);
+                if (length > 0) ++c.support;
+                if (length > largest) {
+                    largest = length;
+                    c.longest = v;
+                }
             }
             const std::vector<float> base(
                 reference_codes.begin() + c.autoencoder * level.components,

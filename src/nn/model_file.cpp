@@ -47,11 +47,15 @@ std::string parameter_key(const char* prefix, const std::string& name) {
 }
 
 nlohmann::json describe(const ModelContext& context, const TrainingState& state) {
-    return {
-        {"format", kFormat},          {"format_version", kFormatVersion},
-        {"config", context.config},   {"source", context.source},
-        {"weights", context.weights}, {"largest_distance_exact", context.largest_distance_exact},
-        {"epoch", state.epoch},       {"step", state.step}};
+    return {{"format", kFormat},
+            {"format_version", kFormatVersion},
+            {"config", context.config},
+            {"source", context.source},
+            {"source_hash", context.source_hash},
+            {"weights", context.weights},
+            {"largest_distance_exact", context.largest_distance_exact},
+            {"epoch", state.epoch},
+            {"step", state.step}};
 }
 
 }  // namespace
@@ -70,6 +74,8 @@ void write_model(const std::string& path, StackedModel<float>& model, const Mode
     writer.add<int>("faces", {context.reference.face_count(), 3}, faces);
     writer.add<double>("scaler_offset", {kFeatureDim}, context.offset);
     writer.add<double>("scaler_factor", {kFeatureDim}, context.factor);
+    writer.add<double>("minmax_offset", {kFeatureDim}, context.minmax_offset);
+    writer.add<double>("minmax_factor", {kFeatureDim}, context.minmax_factor);
     writer.add<double>("largest_distance_and_total", {2}, numbers);
     writer.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
     writer.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
@@ -121,16 +127,20 @@ struct ModelFile::Content {
         }
         context.config = description.at("config");
         context.source = description.at("source");
+        context.source_hash = description.at("source_hash");
         context.weights = description.at("weights");
         context.largest_distance_exact = description.at("largest_distance_exact");
         state.epoch = description.at("epoch");
         state.step = description.at("step");
         context.reference.vertices = unflat<double, 3>(file.data<double>("reference", {-1, 3}));
         context.reference.faces = unflat<int, 3>(file.data<int>("faces", {-1, 3}));
-        std::ranges::copy(file.data<double>("scaler_offset", {kFeatureDim}),
-                          context.offset.begin());
-        std::ranges::copy(file.data<double>("scaler_factor", {kFeatureDim}),
-                          context.factor.begin());
+        const auto nine = [&](const char* name, std::array<double, kFeatureDim>& to) {
+            std::ranges::copy(file.data<double>(name, {kFeatureDim}), to.begin());
+        };
+        nine("scaler_offset", context.offset);
+        nine("scaler_factor", context.factor);
+        nine("minmax_offset", context.minmax_offset);
+        nine("minmax_factor", context.minmax_factor);
         const auto numbers = file.data<double>("largest_distance_and_total", {2});
         context.largest_distance = numbers[0];
         state.total = numbers[1];

@@ -18,17 +18,14 @@ double second_correction(std::int64_t step) {
     return 1 - std::pow(kBeta2, static_cast<double>(step));
 }
 
-/// Shrinks the nine entries of one vertex; `threshold` = rate w Lambda / K.
+/// Shrinks the nine entries of one vertex, |c| = length; `threshold` = rate w Lambda / K.
 template <class T>
-void shrink(T* c, const T* moment2, double correction, double threshold) {
-    double square = 0, v = 0;
-    for (int i = 0; i < kFeatureDim; ++i) {
-        square += static_cast<double>(c[i]) * static_cast<double>(c[i]);
-        v += static_cast<double>(moment2[i]);
-    }
+void shrink(T* c, double length, const T* moment2, double correction, double threshold) {
+    double v = 0;
+    for (int i = 0; i < kFeatureDim; ++i) v += static_cast<double>(moment2[i]);
     const double root = std::sqrt(v / (kFeatureDim * correction));
     // No slope was ever seen here (root = 0): nothing holds the entry against the penalty.
-    const double scaled = root * std::sqrt(square);
+    const double scaled = root * length;
     const T keep = scaled > threshold ? static_cast<T>(1 - threshold / scaled) : T{0};
     for (int i = 0; i < kFeatureDim; ++i) c[i] *= keep;
 }
@@ -71,7 +68,9 @@ void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, 
                 const double lambda = around[static_cast<std::size_t>(row)].weight(v);
                 if (!(lambda > 0)) continue;
                 const std::int64_t at = (row * vertices + v) * kFeatureDim;
-                shrink(weights.data() + at, moment2.data() + at, correction,
+                shrink(weights.data() + at,
+                       level.sparsity->lengths(row)[static_cast<std::size_t>(v)],
+                       moment2.data() + at, correction,
                        rate * sparsity_weight * lambda / level.components);
             }
         });

@@ -10,32 +10,29 @@
 namespace mscomp::nn {
 namespace {
 
+/// |C_i| of one component, (V).
 template <class T>
-T squared_norm(const T* vector) {
-    T sum = 0;
-    for (int c = 0; c < kFeatureDim; ++c) sum += vector[c] * vector[c];
-    return sum;
+void measure(const T* component, std::span<double> lengths) {
+    for (std::size_t v = 0; v < lengths.size(); ++v) {
+        double square = 0;
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            const auto x = static_cast<double>(component[v * kFeatureDim + c]);
+            square += x * x;
+        }
+        lengths[v] = std::sqrt(square);
+    }
 }
 
 /// sum_i Lambda_i |C_i| of one component.
-template <class T>
-double penalty(const SparsityRow& row, const T* component) {
+double penalty(const SparsityRow& row, std::span<const double> lengths) {
     double sum = 0;
-    for (int v = 0; v < static_cast<int>(row.distances.size()); ++v) {
-        const double lambda = row.weight(v);
-        if (!(lambda > 0)) continue;
-        sum += lambda * std::sqrt(static_cast<double>(squared_norm(component + v * kFeatureDim)));
+    for (std::size_t v = 0; v < lengths.size(); ++v) {
+        sum += row.weight(static_cast<int>(v)) * lengths[v];
     }
     return sum;
 }
 
 }  // namespace
-
-double SparsityRow::weight(int vertex) const {
-    const double distance = distances[static_cast<std::size_t>(vertex)];
-    if (distance >= to) return 1;
-    return distance <= from ? 0 : (distance - from) / (to - from);
-}
 
 SparsityRows::SparsityRows(DistanceRows& distances, const LevelConfig& level, CenterRule rule)
     : distances_(distances), level_(level), rule_(rule) {}
@@ -63,10 +60,19 @@ SparsityRow SparsityRows::row(int center) {
 
 template <class T>
 const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component_weights) {
-    const auto size = static_cast<std::size_t>(distances_.vertex_count()) * kFeatureDim;
-    const std::size_t count = component_weights.size() / size;
-    const std::vector<int> longest =
-        longest_vertices(component_weights, static_cast<int>(count), distances_.vertex_count());
+    const auto vertices = static_cast<std::size_t>(distances_.vertex_count());
+    const std::size_t count = component_weights.size() / (vertices * kFeatureDim);
+    lengths_.resize(count * vertices);
+    std::vector<int> longest(count);
+    parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t k) {
+        const auto row =
+            std::span(lengths_).subspan(static_cast<std::size_t>(k) * vertices, vertices);
+        measure(component_weights.data() + static_cast<std::size_t>(k) * vertices * kFeatureDim,
+                row);
+        longest[static_cast<std::size_t>(k)] =
+            static_cast<int>(std::max_element(row.begin(), row.end()) - row.begin());
+    });
+
     centers_.resize(count, -1);
     distances_.prepare(longest);
     rows_.resize(count);
@@ -79,8 +85,8 @@ const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
         const auto k = static_cast<std::size_t>(index);
         if (centers_[k] == longest[k]) return;
-        const T* component = component_weights.data() + k * size;
-        if (penalty(candidates[k], component) < penalty(rows_[k], component)) {
+        const std::span<const double> length = lengths(index);
+        if (penalty(candidates[k], length) < penalty(rows_[k], length)) {
             centers_[k] = longest[k];
             rows_[k] = candidates[k];
         }
@@ -88,27 +94,7 @@ const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component
     return rows_;
 }
 
-template <class T>
-std::vector<int> longest_vertices(std::span<const T> component_weights, int rows,
-                                  int vertex_count) {
-    std::vector<int> longest(static_cast<std::size_t>(rows), 0);
-    parallel_for(rows, [&](std::int64_t row) {
-        const T* component = component_weights.data() + row * vertex_count * kFeatureDim;
-        T largest = -1;
-        for (int v = 0; v < vertex_count; ++v) {
-            const T length = squared_norm(component + v * kFeatureDim);
-            if (length > largest) {
-                largest = length;
-                longest[static_cast<std::size_t>(row)] = v;
-            }
-        }
-    });
-    return longest;
-}
-
 template const std::vector<SparsityRow>& SparsityRows::focus(std::span<const float>);
 template const std::vector<SparsityRow>& SparsityRows::focus(std::span<const double>);
-template std::vector<int> longest_vertices(std::span<const float>, int, int);
-template std::vector<int> longest_vertices(std::span<const double>, int, int);
 
 }  // namespace mscomp::nn

@@ -134,6 +134,22 @@ std::vector<char> free_vertices(const SparsityRow& row) {
     return free;
 }
 
+int longest_vertex(const std::vector<double>& direction) {
+    int longest = 0;
+    double largest = -1;
+    for (std::size_t v = 0; v < direction.size() / kDim; ++v) {
+        double square = 0;
+        for (std::size_t c = 0; c < kDim; ++c) {
+            square += direction[v * kDim + c] * direction[v * kDim + c];
+        }
+        if (square > largest) {
+            largest = square;
+            longest = static_cast<int>(v);
+        }
+    }
+    return longest;
+}
+
 struct FoundComponent {
     int center = 0;
     std::vector<double> direction;  // (V,9)
@@ -153,9 +169,7 @@ FoundComponent next_component(const Residual& residual, SparsityRows& sparsity) 
         found.energy = residual.explained(found.direction);
         if (!(found.energy > best.energy)) break;
         best = std::move(found);
-        center = longest_vertices<double>(best.direction, 1,
-                                          static_cast<int>(best.direction.size()) / kFeatureDim)
-                     .front();
+        center = longest_vertex(best.direction);
         if (center == best.center) break;
     }
     return best;

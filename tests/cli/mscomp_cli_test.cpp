@@ -204,6 +204,16 @@ TEST_F(Mscomp, RefusesToResumeUnderAnotherConfiguration) {
     EXPECT_TRUE(checkpoint("run") == before);
 }
 
+TEST_F(Mscomp, RefusesToResumeOnOtherFeatures) {
+    expect_ok(mscomp("train config.yaml -o run --quiet"));
+    FeatureSet other = patches_on_a_sphere();
+    other.features[2000] += 0.1F;
+    write_features(path("set.safetensors"), other);
+    const Outcome outcome = mscomp("train config.yaml -o run --resume --set train.epochs=20");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("other features"));
+}
+
 TEST_F(Mscomp, RefusesATruncatedOrAlteredCheckpoint) {
     expect_ok(mscomp("train config.yaml -o run --quiet"));
     const std::string file = path("run/checkpoint.safetensors");

@@ -79,8 +79,8 @@ TEST(RandomStart, HasTheDeviationOfThePaper) {
     EXPECT_NEAR(squares / count / 4e-4, 1, 5 * std::sqrt(2 / count));
 }
 
-// A trained component moves nothing outside its support and one ring around it, its centre is its
-// longest vertex, and the end it shows is one of its two code ends.
+// A trained component moves nothing outside its range and one ring around it, and the end it shows
+// is one of its two code ends.
 TEST(Components, MoveNothingFarFromTheirSupport) {
     SmallTraining problem;
     const auto model = problem.make_model();

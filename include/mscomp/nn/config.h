@@ -18,8 +18,8 @@ struct SparsityRamp {
 struct LevelConfig {
     int components = 10;          // K of each autoencoder of the level, >= 1
     double sparsity_range = 0.4;  // d, normalised geodesic distance, [0, 1]
-    /// A component acts on at most this part of the vertices, (0, 1]: where many vertices are near,
-    /// the range shrinks until it holds no more. Empty: as much as the range; 1: the paper.
+    /// Full penalty begins where at most this part of the vertices is nearer to the centre, (0, 1]:
+    /// where many are near, the range shrinks. Empty: as much as the range; 1: the paper.
     std::optional<double> max_support;
     std::optional<SparsityRamp> sparsity_ramp;
 };
@@ -35,7 +35,7 @@ struct ModelConfig {
     Tied tied = Tied::transpose;
     Activation latent_activation = Activation::none;
     Activation decoder_fc_activation = Activation::none;
-    double mask_power = 1.0;  // attention masks ~ a^p, > 0; 1 = the paper
+    double mask_power = 4.0;  // attention masks ~ a^p, > 0; 1 = the paper
     double mask_epsilon = 1e-12;
     std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
 };

@@ -19,6 +19,10 @@ struct ModelContext {
     TriangleMesh reference;
     std::array<double, kFeatureDim> offset{};  // scaled = (feature - offset) * factor
     std::array<double, kFeatureDim> factor{};
+    /// The same with the papers' two global ranges (center: minmax), for [A] eq. 8.
+    std::array<double, kFeatureDim> minmax_offset{};
+    std::array<double, kFeatureDim> minmax_factor{};
+    std::string source_hash;      // XXH3 of the feature file, empty if it has none
     double largest_distance = 0;  // geodesic normaliser, unit of the mesh
     bool largest_distance_exact = false;
     std::vector<int> train_shapes, test_shapes;  // indices into the feature file

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "mscomp/base/distance_rows.h"
@@ -16,7 +18,11 @@ struct SparsityRow {
     std::span<const double> distances;  // (V) from the centre
     double from = 0, to = 0;            // weights rise from 0 at `from` to 1 at `to`
 
-    double weight(int vertex) const;
+    double weight(int vertex) const {
+        const double distance = distances[static_cast<std::size_t>(vertex)];
+        if (distance >= to) return 1;
+        return distance <= from ? 0 : (distance - from) / (to - from);
+    }
     /// Whether the component may act here at all without full penalty.
     bool is_free(int vertex) const { return weight(vertex) < 1; }
 };
@@ -40,6 +46,12 @@ class SparsityRows {
     template <class T>
     const std::vector<SparsityRow>& focus(std::span<const T> component_weights);
 
+    /// |C_k,i| of component `row` at the last focus, (V).
+    std::span<const double> lengths(std::int64_t row) const {
+        const auto size = static_cast<std::size_t>(distances_.vertex_count());
+        return std::span(lengths_).subspan(static_cast<std::size_t>(row) * size, size);
+    }
+
     /// Centres of the last focus or as set; -1 where there is none yet.
     const std::vector<int>& centers() const { return centers_; }
     void set_centers(std::vector<int> centers) { centers_ = std::move(centers); }
@@ -54,11 +66,8 @@ class SparsityRows {
     CenterRule rule_;
     std::vector<int> centers_;
     std::vector<SparsityRow> rows_;
+    std::vector<double> lengths_;              // (rows,V)
     std::unordered_map<int, double> reaches_;  // by centre
 };
-
-/// The vertex where each component is longest, lowest index on ties; weights (rows,V,9) -> (rows).
-template <class T>
-std::vector<int> longest_vertices(std::span<const T> component_weights, int rows, int vertex_count);
 
 }  // namespace mscomp::nn

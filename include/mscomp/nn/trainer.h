@@ -22,8 +22,8 @@ struct EpochReport {
 };
 
 /// Trains a stacked model on scaled features. A step is a function of the parameters, the moments,
-/// seed and step number and of nothing else: saved, loaded and continued gives the same bits as
-/// never stopped, for any number of threads.
+/// the centres, seed and step number and of nothing else: saved, loaded and continued gives the
+/// same bits as never stopped, for any number of threads.
 class Trainer {
   public:
     /// Borrows everything. `features` (N,V,9) scaled, `shapes` those to train on (at least one).

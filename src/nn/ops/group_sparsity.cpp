@@ -35,11 +35,10 @@ class GroupSparsity final : public Op<T> {
         const std::int64_t rows = autoencoders_ * components_;
         rows_ = &sparsity_.focus(std::span<const T>(tape.value(weights_)));
         parallel_for(rows, [&](std::int64_t row) {
-            const T* c = tape.value(weights_).data() + row * vertices_ * kFeatureDim;
+            const std::span<const double> length = sparsity_.lengths(row);
             double sum = 0;
             for (std::int64_t v = 0; v < vertices_; ++v) {
-                const double lambda = weight(row, v);
-                if (lambda > 0) sum += lambda * static_cast<double>(norm(c + v * kFeatureDim));
+                sum += weight(row, v) * length[static_cast<std::size_t>(v)];
             }
             row_sums_[static_cast<std::size_t>(row)] = sum;
         });
@@ -62,9 +61,9 @@ class GroupSparsity final : public Op<T> {
                                   static_cast<double>(components_);
             for (std::int64_t v = 0; v < vertices_; ++v) {
                 const double lambda = weight(row, v);
-                const T length = norm(c + v * kFeatureDim);
-                if (!(lambda > 0) || length == T{0}) continue;
-                const T scale = static_cast<T>(factor * lambda) / length;
+                const double length = sparsity_.lengths(row)[static_cast<std::size_t>(v)];
+                if (!(lambda > 0) || length == 0) continue;
+                const T scale = static_cast<T>(factor * lambda / length);
                 for (int i = 0; i < kFeatureDim; ++i) {
                     dc[v * kFeatureDim + i] += scale * c[v * kFeatureDim + i];
                 }
