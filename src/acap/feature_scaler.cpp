@@ -36,7 +36,11 @@ struct GroupRange {
     }
 };
 
-double factor_for(double largest) { return largest > 0 ? kRange / largest : 0.0; }
+/// Features are stored in float32: what deviates less than this is rounding, not deformation, and
+/// must not be blown up to the full range.
+constexpr double kRounding = 1e-5;
+
+double factor_for(double largest) { return largest > kRounding ? kRange / largest : 0.0; }
 
 }  // namespace
 

@@ -36,15 +36,21 @@ void parallel_for(std::int64_t count, IndexedCall call, void* context) {
         std::exception_ptr error;
     };
     std::vector<Failure> failures(static_cast<std::size_t>(threads));
+    // Once an index has failed, larger ones are not worth starting.
+    std::atomic<std::int64_t> lowest_failure{std::numeric_limits<std::int64_t>::max()};
 #pragma omp parallel num_threads(threads)
     {
         Failure& mine = failures[static_cast<std::size_t>(omp_get_thread_num())];
 #pragma omp for schedule(dynamic, 1)
         for (std::int64_t i = 0; i < count; ++i) {
+            if (i > lowest_failure.load(std::memory_order_relaxed)) continue;
             try {
                 call(context, i);
             } catch (...) {
                 if (i < mine.index) mine = {i, std::current_exception()};
+                std::int64_t lowest = lowest_failure.load();
+                while (i < lowest && !lowest_failure.compare_exchange_weak(lowest, i)) {
+                }
             }
         }
     }

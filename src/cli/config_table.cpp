@@ -203,7 +203,7 @@ Table level_table(nn::LevelConfig& level) {
         {"sparsity_range", &level.sparsity_range, kUnitRange, "geodesic radius, diameter = 1",
          true},
         {"max_support", &level.max_support, kPositiveUpToOne,
-         "part of the vertices it may act on; null: as the range, the papers: 1"},
+         "part of the vertices it may act on; null: 0.9 of the range, the papers: 1"},
         {"sparsity_ramp", &level.sparsity_ramp, {}, "instead of a step at the range"},
     };
 }

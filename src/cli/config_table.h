@@ -35,9 +35,9 @@ struct Key;
 using Table = std::vector<Key>;
 
 /// Where the value of a key lives; a Table is a section with keys of its own.
-using Field = std::variant<bool*, int*, std::uint64_t*, double*, std::string*, Choice,
-                           std::optional<double>*, std::optional<nn::SparsityRamp>*,
-                           std::vector<nn::LevelConfig>*, Table>;
+using Field =
+    std::variant<bool*, int*, std::uint64_t*, double*, std::string*, Choice, std::optional<double>*,
+                 std::optional<nn::SparsityRamp>*, std::vector<nn::LevelConfig>*, Table>;
 
 /// One key of the configuration: the single place that knows its name, field, range and meaning.
 struct Key {

@@ -97,12 +97,32 @@ nlohmann::ordered_json describe(const nn::Component& c, int vertices, bool has_f
                                 {"code_end", c.code_end},
                                 {"support_vertices", c.support},
                                 {"support", static_cast<double>(c.support) / vertices},
+                                {"moving", static_cast<double>(c.moving) / vertices},
                                 {"localization_radius", c.localization_radius}};
     if (c.parent.empty()) json["parent"] = nullptr;
     if (c.reason.empty()) json["reason"] = nullptr;
     json["file"] =
         has_file ? nlohmann::ordered_json(file_name(c)) : nlohmann::ordered_json(nullptr);
     return json;
+}
+
+/// Meshes that an earlier export into this folder names: they would stand beside the new ones.
+void remove_earlier_export(const std::string& folder) {
+    const std::string list = folder + "/components.json";
+    if (!std::filesystem::exists(list)) return;
+    const nlohmann::json earlier = nlohmann::json::parse(read_file(list), nullptr, false);
+    if (!earlier.is_object() || !earlier.contains("components")) return;
+    for (const auto& component : earlier["components"]) {
+        const std::string name =
+            component.is_object() && component.contains("file") && component["file"].is_string()
+                ? component["file"].get<std::string>()
+                : std::string();
+        // Only names that we give: level0_3.ply.
+        if (name.starts_with("level") && name.ends_with(".ply") &&
+            name.find('/') == std::string::npos) {
+            std::filesystem::remove(std::filesystem::path(folder) / name);
+        }
+    }
 }
 
 std::string scale_name(std::size_t level, std::size_t levels) {
@@ -184,11 +204,10 @@ void run_export(const ExportOptions& options) {
     TrainedRun run = open_run(options.run, 1);
     const nn::ModelContext& context = run.context();
     const int vertices = context.reference.vertex_count();
-    const std::vector<nn::Component> components =
-        nn::extract_components(*run.model, run.file.codes(), run.scaled_reference(), context.factor,
-                               run.config.filter, *run.distances);
+    const std::vector<nn::Component> components = run.components();
     const PoissonReconstruction poisson(context.reference, parse_edge_weights(context.weights));
     create_folder(options.output);
+    remove_earlier_export(options.output);
 
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     std::vector<ShownComponent> shown;

@@ -17,7 +17,9 @@ void setup_run_info(CLI::App& app) {
     const auto options = std::make_shared<RunInfoOptions>();
     CLI::App* command = app.add_subcommand("info", "What a run has learnt so far");
     command->add_option("RUN", options->run, "Run folder or model file")->required();
+    add_quiet(*command, options->common);
     add_json(*command, options->common);
+    add_threads(*command, options->common);
     set_example(*command, "mscomp info swing.run");
     command->callback([options] { run_run_info(*options); });
 }
@@ -25,9 +27,7 @@ void setup_run_info(CLI::App& app) {
 void run_run_info(const RunInfoOptions& options) {
     TrainedRun run = open_run(options.run, 1);
     const nn::ModelContext& context = run.context();
-    const std::vector<nn::Component> components =
-        nn::extract_components(*run.model, run.file.codes(), run.scaled_reference(), context.factor,
-                               run.config.filter, *run.distances);
+    const std::vector<nn::Component> components = run.components();
     const int vertices = context.reference.vertex_count();
     nlohmann::ordered_json levels = nlohmann::ordered_json::array();
     for (int l = 0; l < static_cast<int>(run.model->levels().size()); ++l) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -96,6 +97,10 @@ TrainingSetup prepare(const nn::Config& config) {
     setup.context.minmax_factor = minmax.factor;
     scaler.scale(setup.set.features);
     setup.extremes = scaler.extremes;
+    if (std::ranges::all_of(scaler.factor, [](double f) { return f == 0; })) {
+        throw UsageError(fmt::format("{}: the training shapes do not differ from the reference",
+                                     config.data.features));
+    }
 
     const HeatGeodesics geodesics(setup.set.reference);
     const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
@@ -144,10 +149,23 @@ void save(const std::string& run, TrainingSetup& setup, nn::Trainer& trainer, Me
     log.sync();
 }
 
+/// As a shell reads it back.
+std::string quoted(const std::string& text) {
+    const bool is_plain =
+        !text.empty() &&
+        text.find_first_not_of(
+            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%") ==
+            std::string::npos;
+    if (is_plain) return text;
+    std::string result = "'";
+    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
+}
+
 std::string how_to_go_on(const TrainOptions& options, const std::string& run,
                          const nn::Trainer& trainer) {
-    std::string command = fmt::format("mscomp train {} -o {}", options.config, run);
-    for (const std::string& set : options.overrides) command += fmt::format(" --set '{}'", set);
+    std::string command = fmt::format("mscomp train {} -o {}", quoted(options.config), quoted(run));
+    for (const std::string& set : options.overrides) command += " --set " + quoted(set);
     return fmt::format("interrupted after epoch {}, saved; go on with: {} --resume",
                        trainer.state().epoch, command);
 }
@@ -160,6 +178,8 @@ void train(const TrainOptions& options, const std::string& run, TrainingSetup& s
                         trainer.state().epoch);
     Progress progress("train", plan.epochs,
                       progress_options(options.common.quiet, trainer.state().epoch));
+    // From the first moment on the folder holds what belongs together, even if nothing else comes.
+    if (trainer.state().step == 0) save(run, setup, trainer, metrics, log);
     auto saved_at = std::chrono::steady_clock::now();
     while (trainer.state().epoch < plan.epochs) {
         const nn::EpochReport report = trainer.run_epoch();
@@ -201,11 +221,12 @@ void setup_train(CLI::App& app) {
 void run_train(const TrainOptions& options) {
     const std::string run = run_folder(options);
     const nn::Config config = effective_config(options);
-    if (!options.resume) require_free_folder(run, options.common.force);
     std::optional<nn::ModelFile> earlier;
     if (options.resume && std::filesystem::exists(checkpoint_path(run))) {
         earlier.emplace(checkpoint_path(run));
         require_same_config(*earlier, config, run);
+    } else {
+        require_free_folder(run, options.common.force);
     }
     TrainingSetup setup = prepare(config);
     if (earlier && earlier->context().source_hash != setup.context.source_hash) {
@@ -216,7 +237,6 @@ void run_train(const TrainOptions& options) {
     }
 
     create_folder(run);
-    if (!earlier) std::filesystem::remove(checkpoint_path(run));
     LineFile log(log_path(run));
     const std::time_t now = std::time(nullptr);
     log.append(

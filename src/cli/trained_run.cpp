@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "mscomp/acap/extract.h"
 #include "mscomp/base/error.h"
 #include "mscomp/cli/config_file.h"
 
@@ -30,13 +31,14 @@ FeatureScaler TrainedRun::scaler() const {
     return scaler;
 }
 
-std::vector<float> TrainedRun::scaled_reference() const {
-    std::vector<float> features;
+std::vector<nn::Component> TrainedRun::components() {
+    std::vector<float> reference;
     for (int v = 0; v < context().reference.vertex_count(); ++v) {
-        features.insert(features.end(), kReferenceFeature.begin(), kReferenceFeature.end());
+        reference.insert(reference.end(), kReferenceFeature.begin(), kReferenceFeature.end());
     }
-    scaler().scale(features);
-    return features;
+    scaler().scale(reference);
+    return nn::extract_components(*model, file.codes(), reference, context().factor, config.filter,
+                                  *distances);
 }
 
 TrainedRun open_run(const std::string& path, int batch) {
@@ -44,7 +46,8 @@ TrainedRun open_run(const std::string& path, int batch) {
     TrainedRun run{nn::ModelFile(file), {}, nullptr, nullptr};
     try {
         run.config = parse_config(run.context().config, file + " (configuration)");
-    } catch (const ConfigError& error) {
+        parse_edge_weights(run.context().weights);
+    } catch (const Error& error) {
         throw CheckpointError(file, error.what());
     }
     const TriangleMesh& reference = run.context().reference;

@@ -8,6 +8,7 @@
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/geodesic/heat_geodesics.h"
+#include "mscomp/nn/components.h"
 #include "mscomp/nn/config.h"
 #include "mscomp/nn/model_file.h"
 #include "mscomp/nn/stacked_model.h"
@@ -29,8 +30,8 @@ struct TrainedRun {
 
     const nn::ModelContext& context() const { return file.context(); }
     FeatureScaler scaler() const;
-    /// (V,9) scaled features of the reference.
-    std::vector<float> scaled_reference() const;
+    /// All components, coarse to fine, judged by the filter of the configuration.
+    std::vector<nn::Component> components();
 };
 
 /// Throws IoError (nothing there) or CheckpointError (unusable).

@@ -57,6 +57,7 @@ void judge(Component& component, const FilterConfig& filter, DistanceRows& dista
     std::int64_t acting = 0;
     for (std::int64_t v = 0; v < vertices; ++v) {
         const double size = row_norm(component.difference, v);
+        if (size > 0) ++component.moving;
         if (!(size > threshold)) continue;
         sum += size;
         ++acting;

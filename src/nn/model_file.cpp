@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -155,6 +157,15 @@ struct ModelFile::Content {
             codes.emplace_back(values.begin(), values.end());
         }
         check_faces(path);
+        check_shapes(path);
+    }
+
+    void check_shapes(const std::string& path) const {
+        for (const auto* shapes : {&context.train_shapes, &context.test_shapes}) {
+            if (!std::ranges::is_sorted(*shapes) || (!shapes->empty() && shapes->front() < 0)) {
+                throw CheckpointError(path, "indices of shapes are not ascending from 0");
+            }
+        }
     }
 
     void check_faces(const std::string& path) const {
@@ -194,9 +205,16 @@ void ModelFile::load(StackedModel<float>& model) const {
             read("adam_m", parameters.moment1(i));
             read("adam_v", parameters.moment2(i));
         }
+        for (const float x : parameters.all_values()) {
+            if (!std::isfinite(x)) {
+                throw CheckpointError(content_->file.path(), "a parameter is not finite");
+            }
+        }
         for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
             const auto& level = model.levels()[static_cast<std::size_t>(l)];
             const std::int64_t rows = std::int64_t{level.autoencoders} * level.components;
+            const auto shapes = static_cast<std::int64_t>(context().train_shapes.size());
+            content_->file.data<float>(fmt::format("codes/level{}", l), {shapes, rows});
             const auto centers =
                 content_->file.data<int>(fmt::format("centers/level{}", l), {rows});
             for (const int center : centers) {

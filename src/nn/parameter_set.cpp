@@ -25,14 +25,6 @@ int ParameterSet<T>::add(std::string name, Extents extents) {
 }
 
 template <class T>
-int ParameterSet<T>::find(std::string_view name) const {
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
-        if (entries_[i].name == name) return static_cast<int>(i);
-    }
-    return -1;
-}
-
-template <class T>
 void ParameterSet<T>::zero_grad() {
     std::fill(grads_.begin(), grads_.end(), T{0});
 }

@@ -38,8 +38,10 @@ SparsityRows::SparsityRows(DistanceRows& distances, const LevelConfig& level, Ce
     : distances_(distances), level_(level), rule_(rule) {}
 
 double SparsityRows::reach(std::span<const double> distances) const {
-    const double part = level_.max_support.value_or(level_.sparsity_range);
-    const auto most = static_cast<std::size_t>(part * static_cast<double>(distances.size()));
+    // One tenth less than the range leaves room for the ring that the convolution adds around.
+    const double part = level_.max_support.value_or(0.9 * level_.sparsity_range);
+    const auto most = std::max<std::size_t>(
+        1, static_cast<std::size_t>(part * static_cast<double>(distances.size())));
     if (most >= distances.size()) return level_.sparsity_range;
     // Exactly the vertices nearer than the one after the last that fits are free.
     std::vector<double> sorted(distances.begin(), distances.end());

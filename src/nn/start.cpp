@@ -29,16 +29,25 @@ void set_identity(std::span<T> matrices) {
 /// What is left of the encoder output of one autoencoder, (V,9,n), while components are taken out.
 class Residual {
   public:
-    /// tanh of the rows (V,9,lanes) of the autoencoder's input, active lanes only: what the encoder
-    /// gives while its convolution is the identity.
+    Residual(std::int64_t vertices, std::int64_t shapes)
+        : vertices_(vertices), shapes_(shapes), values_(at(vertices * kDim * shapes)) {}
+
+    /// Shapes `first` to `first + count - 1`: tanh of the rows (V,9,lanes) of the autoencoder's
+    /// input, which is what the encoder gives while its convolution is the identity.
     template <class T>
-    Residual(const T* rows, std::int64_t vertices, std::int64_t lanes, std::int64_t shapes)
-        : vertices_(vertices), shapes_(shapes), values_(at(vertices * kDim * shapes)) {
-        for (std::int64_t i = 0; i < vertices * kDim; ++i) {
-            for (std::int64_t m = 0; m < shapes; ++m) {
-                values_[at(i * shapes + m)] = std::tanh(static_cast<double>(rows[i * lanes + m]));
+    void fill(const T* rows, std::int64_t lanes, std::int64_t first, std::int64_t count) {
+        for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
+            for (std::int64_t m = 0; m < count; ++m) {
+                values_[at(i * shapes_ + first + m)] =
+                    std::tanh(static_cast<double>(rows[i * lanes + m]));
             }
         }
+    }
+
+    double energy() const {
+        double sum = 0;
+        for (const double x : values_) sum += square(x);
+        return sum;
     }
 
     /// The vertex with the largest remaining energy.
@@ -175,29 +184,60 @@ FoundComponent next_component(const Residual& residual, SparsityRows& sparsity) 
     return best;
 }
 
+/// What the shapes of a start are, and how many fit into one pass.
+struct StartShapes {
+    std::span<const float> features;
+    std::vector<int> shapes;
+    std::size_t batch;
+
+    std::span<const int> pass(std::size_t first) const {
+        return std::span(shapes).subspan(first, std::min(batch, shapes.size() - first));
+    }
+};
+
 template <class T>
-void deflate_level(StackedModel<T>& model, int index, std::int64_t shapes) {
-    const auto& level = model.levels()[at(index)];
-    ParameterSet<T>& parameters = model.parameters();
-    const std::span<T> x = model.tape().value(level.x);
+Residual residual_of(StackedModel<T>& model, int level, std::int64_t a, const StartShapes& start) {
+    const Var x = model.levels()[at(level)].x;
     const std::int64_t vertices = model.vertex_count();
-    const std::int64_t lanes = model.tape().extents(level.x)[3];
-    const std::span<T> weights = parameters.value(level.weights);
-    // One autoencoder after the other: distance rows are cached, and caching is not for many
-    // threads.
+    const std::int64_t lanes = model.tape().extents(x)[3];
+    Residual residual(vertices, static_cast<std::int64_t>(start.shapes.size()));
+    for (std::size_t first = 0; first < start.shapes.size(); first += start.batch) {
+        // One pass holds them all: it has been made already.
+        if (start.batch < start.shapes.size()) {
+            model.load_batch(start.features, start.pass(first));
+            model.forward();
+        }
+        residual.fill(model.tape().value(x).data() + a * vertices * kDim * lanes, lanes,
+                      static_cast<std::int64_t>(first),
+                      static_cast<std::int64_t>(start.pass(first).size()));
+    }
+    return residual;
+}
+
+template <class T>
+void deflate_level(StackedModel<T>& model, int index, const StartShapes& start) {
+    // Below this part of the first energy there is only rounding left.
+    constexpr double kNothingLeft = 1e-10;
+    const auto& level = model.levels()[at(index)];
+    const std::int64_t vertices = model.vertex_count();
+    const std::span<T> weights = model.parameters().value(level.weights);
+    std::vector<T> found_weights(weights.size(), T{0});
     std::vector<int> centers;
     for (std::int64_t a = 0; a < level.autoencoders; ++a) {
-        Residual residual(x.data() + a * vertices * kDim * lanes, vertices, lanes, shapes);
+        Residual residual = residual_of(model, index, a, start);
+        const double first_energy = residual.energy();
         for (std::int64_t k = 0; k < level.components; ++k) {
             const FoundComponent found = next_component(residual, *level.sparsity);
-            residual.subtract(found.direction);
             centers.push_back(found.center);
-            T* row = weights.data() + (a * level.components + k) * vertices * kDim;
+            if (!(found.energy > kNothingLeft * first_energy)) continue;
+            residual.subtract(found.direction);
+            T* row = found_weights.data() + (a * level.components + k) * vertices * kDim;
             for (std::size_t i = 0; i < found.direction.size(); ++i) {
                 row[i] = static_cast<T>(found.direction[i]);
             }
         }
     }
+    std::ranges::copy(found_weights, weights.begin());
     level.sparsity->set_centers(std::move(centers));
 }
 
@@ -233,14 +273,15 @@ void start_deflation(StackedModel<T>& model, std::span<const float> features,
         set_identity(parameters.value(level.w_own));
         set_identity(parameters.value(level.decoder_w_own));
     }
-    const std::size_t count =
-        std::min(shapes.size(), static_cast<std::size_t>(model.batch_capacity()));
-    std::vector<int> chosen;
-    for (std::size_t i = 0; i < count; ++i) chosen.push_back(shapes[i * shapes.size() / count]);
-    model.load_batch(features, std::span<const int>(chosen));
+    constexpr std::size_t kMostShapes = 256;
+    const std::size_t count = std::min(shapes.size(), kMostShapes);
+    StartShapes start{features, {}, static_cast<std::size_t>(model.batch_capacity())};
+    for (std::size_t i = 0; i < count; ++i)
+        start.shapes.push_back(shapes[i * shapes.size() / count]);
+    model.load_batch(features, start.pass(0));
     for (int level = 0; level < static_cast<int>(model.levels().size()); ++level) {
         model.forward();
-        deflate_level(model, level, static_cast<std::int64_t>(count));
+        deflate_level(model, level, start);
     }
 }
 

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 
+#include "base/temporary_folder.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
@@ -21,12 +21,10 @@ class Training : public testing::Test {
   protected:
     void TearDown() override { set_thread_count(0); }
 
-    std::string temporary(const char* name) {
-        const auto folder = std::filesystem::temp_directory_path() /
-                            ("mscomp_trainer_test_" + std::to_string(getpid()));
-        std::filesystem::create_directories(folder);
-        return (folder / name).string();
-    }
+    std::string temporary(const char* name) { return folder_ / name; }
+
+  private:
+    TemporaryFolder folder_;
 };
 
 std::vector<float> trained(SmallTraining& problem, int epochs) {
@@ -58,6 +56,7 @@ TEST_F(Training, ResumedIsUninterrupted) {
     const std::string path = temporary("resume.safetensors");
     ModelContext context;
     context.reference = problem.mesh;
+    context.train_shapes = problem.shapes;
     {
         const auto model = problem.make_model();
         Trainer trainer(*model, problem.config, problem.features, problem.shapes);

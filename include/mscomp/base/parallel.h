@@ -18,8 +18,8 @@ void parallel_for(std::int64_t count, IndexedCall call, void* context);
 /// Calls body(i) once for every i in [0, count), on up to thread_count() threads, in any order.
 ///
 /// Results stay independent of the number of threads as long as body(i) writes only what belongs to
-/// i. The exception thrown by the smallest failing index reaches the caller; the other indices
-/// still run. Nested calls run serially.
+/// i. The exception thrown by the smallest failing index reaches the caller; larger indices may
+/// then be left out. Nested calls run serially.
 template <class Body>
 void parallel_for(std::int64_t count, Body&& body) {
     using Plain = std::remove_reference_t<Body>;

@@ -27,8 +27,9 @@ struct Component {
     double code_end = 0;                // the end (min or max) that moves the shape more
     double strength = 0;                // I(X) of [A] eq. 7, unscaled features
     bool kept = true;
-    std::string reason;              // why it was dropped, empty if kept
-    int support = 0;                 // vertices with component weights that are not exactly zero
+    std::string reason;  // why it was dropped, empty if kept
+    int support = 0;     // vertices with component weights that are not exactly zero
+    int moving = 0;  // vertices whose features change at all: the support and one ring around it
     double localization_radius = 0;  // largest normalised geodesic distance from the centre, over
                                      // the vertices where the difference exceeds epsilon_1
     std::vector<float>

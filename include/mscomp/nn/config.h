@@ -19,7 +19,7 @@ struct LevelConfig {
     int components = 10;          // K of each autoencoder of the level, >= 1
     double sparsity_range = 0.4;  // d, normalised geodesic distance, [0, 1]
     /// Full penalty begins where at most this part of the vertices is nearer to the centre, (0, 1]:
-    /// where many are near, the range shrinks. Empty: as much as the range; 1: the paper.
+    /// where many are near, the range shrinks. Empty: 0.9 times the range; 1: the paper.
     std::optional<double> max_support;
     std::optional<SparsityRamp> sparsity_ramp;
 };
@@ -35,7 +35,7 @@ struct ModelConfig {
     Tied tied = Tied::transpose;
     Activation latent_activation = Activation::none;
     Activation decoder_fc_activation = Activation::none;
-    double mask_power = 4.0;  // attention masks ~ a^p, > 0; 1 = the paper
+    double mask_power = 16.0;  // attention masks ~ a^p, > 0; 1 = the paper
     double mask_epsilon = 1e-12;
     std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
 };

@@ -31,8 +31,6 @@ class ParameterSet {
 
     int count() const { return static_cast<int>(entries_.size()); }
     const Entry& entry(int index) const { return entries_[static_cast<std::size_t>(index)]; }
-    /// Index of `name`, -1 if there is none.
-    int find(std::string_view name) const;
 
     std::span<T> value(int index) { return slice(values_, index); }
     std::span<const T> value(int index) const { return slice(values_, index); }

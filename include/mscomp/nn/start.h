@@ -16,8 +16,8 @@ void start_random(StackedModel<T>& model, std::uint64_t seed);
 /// weights are found one after the other on what is left of the autoencoder's input: around the
 /// vertex with the largest remaining energy, by power iterations inside the sparsity range, rows of
 /// unit length. No random numbers, no dead or duplicate components, exact supports from the first
-/// step. Children are started on their masked residual. Uses up to the model's batch of `shapes`,
-/// evenly chosen.
+/// step. Children are started on their masked residual. Uses up to 256 of `shapes`, evenly chosen,
+/// whatever the batch. Once the input is explained the other components stay zero.
 template <class T>
 void start_deflation(StackedModel<T>& model, std::span<const float> features,
                      std::span<const int> shapes);

@@ -18,8 +18,8 @@ struct VertexOrder {
     int vertex_count() const { return static_cast<int>(to_user.size()); }
 };
 
-/// Reverse Cuthill-McKee: breadth first from a vertex of low degree on the rim of each connected
-/// component, neighbours by rising degree, the whole reversed.
+/// Reverse Cuthill-McKee: breadth first from a vertex on the rim of each connected component (the
+/// last that a first search reaches), neighbours by rising degree, the whole reversed.
 VertexOrder reverse_cuthill_mckee(const OneRings& rings);
 
 OneRings reordered(const OneRings& rings, const VertexOrder& order);
