@@ -38,8 +38,8 @@ TEST(SparsityRows, ShrinkToTheLargestSupport) {
     EXPECT_FALSE(middle.is_free(35));
 }
 
-// Without a limit of its own a level is free on nine tenths of the part that its range names: the ring
-// that the convolution adds has to fit in.
+// Without a limit of its own a level is free on nine tenths of the part that its range names: the
+// ring that the convolution adds has to fit in.
 TEST(SparsityRows, TakeTheRangeAsLimitByDefault) {
     LineDistances line(101);
     SparsityRows sparsity(line, {1, 0.25, {}, {}}, CenterRule::settle);
