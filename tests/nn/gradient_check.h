@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -17,8 +20,10 @@ struct GradientReport {
 };
 
 /// Compares backward with four-point differences of sum_i w_i output_i, w random, over every
-/// element of `inputs`. Records the sum on the tape, so call it once per tape.
-GradientReport check_gradients(Tape<double>& tape, Var output, const std::vector<Var>& inputs);
+/// element of `inputs`, or over `samples` elements spread over each. Records the sum on the tape,
+/// so call it once per tape.
+GradientReport check_gradients(Tape<double>& tape, Var output, const std::vector<Var>& inputs,
+                               std::size_t samples = std::numeric_limits<std::size_t>::max());
 
 /// Fills a value with numbers of CounterRandom, normal times `scale`.
 template <class T>

@@ -10,11 +10,16 @@
 namespace mscomp::nn {
 namespace {
 
-constexpr int kAutoencoders = 2, kComponents = 3, kLanes = 8, kActive = 5;
+constexpr int kAutoencoders = 2, kComponents = 3;
 
 template <class T>
 std::int64_t vertices(const OpFixture<T>& f) {
     return f.rings->vertex_count();
+}
+
+template <class T>
+std::int64_t lanes(const OpFixture<T>& f) {
+    return static_cast<std::int64_t>(f.lanes.weight.size());
 }
 
 template <class T>
@@ -27,7 +32,7 @@ Var random_input(OpFixture<T>& f, const char* name, Extents extents, double scal
 
 template <class T>
 Var rows(OpFixture<T>& f, const char* name, std::int64_t autoencoders = kAutoencoders) {
-    return random_input(f, name, {autoencoders, vertices(f), 9, kLanes});
+    return random_input(f, name, {autoencoders, vertices(f), 9, lanes(f)});
 }
 
 template <class T>
@@ -37,7 +42,7 @@ Var weights(OpFixture<T>& f, double scale = 0.3) {
 
 template <class T>
 Var codes(OpFixture<T>& f, double scale = 1.0) {
-    return random_input(f, "codes", {kAutoencoders, kComponents, kLanes}, scale);
+    return random_input(f, "codes", {kAutoencoders, kComponents, lanes(f)}, scale);
 }
 
 template <class T>
@@ -92,6 +97,7 @@ std::vector<OpCase<T>> op_table() {
              f.output = expand(f.tape, z, weights(f));
          }},
         {"tanh", [](F& f) { f.output = tanh(f.tape, codes(f)); }},
+        {"tanh of rows", [](F& f) { f.output = tanh(f.tape, rows(f, "x")); }},
         {"attention_mask", [](F& f) { f.output = attention_mask(f.tape, weights(f), 1.0, 1e-3); }},
         {"attention_mask sharpened",
          [](F& f) { f.output = attention_mask(f.tape, weights(f), 3.0, 1e-3); }},
@@ -132,23 +138,24 @@ std::vector<OpCase<T>> op_table() {
 }
 
 template <class T>
-std::unique_ptr<OpFixture<T>> make_fixture(const OpCase<T>& op_case) {
+std::unique_ptr<OpFixture<T>> make_fixture(const OpCase<T>& op_case, FixtureSize size) {
+    const bool wide = size == FixtureSize::wide;
     auto fixture = std::make_unique<OpFixture<T>>();
-    TriangleMesh mesh = shapes::grid(4, 3);
+    TriangleMesh mesh = wide ? shapes::grid(17, 17) : shapes::grid(4, 3);
     mesh.vertices.push_back({9, 9, 9});  // in no face: its ring is empty
     fixture->rings =
         std::make_unique<RingTable<T>>(one_rings_of_faces(mesh.vertex_count(), mesh.faces));
     fixture->distances = std::make_unique<LineDistances>(mesh.vertex_count());
-    fixture->lanes.active = kActive;
-    fixture->lanes.weight.assign(kLanes, T{0});
-    std::fill_n(fixture->lanes.weight.begin(), kActive, T{1});
+    fixture->lanes.active = wide ? 37 : 5;
+    fixture->lanes.weight.assign(wide ? 48 : 8, T{0});
+    std::fill_n(fixture->lanes.weight.begin(), fixture->lanes.active, T{1});
     op_case.build(*fixture);
     return fixture;
 }
 
 template std::vector<OpCase<float>> op_table();
 template std::vector<OpCase<double>> op_table();
-template std::unique_ptr<OpFixture<float>> make_fixture(const OpCase<float>&);
-template std::unique_ptr<OpFixture<double>> make_fixture(const OpCase<double>&);
+template std::unique_ptr<OpFixture<float>> make_fixture(const OpCase<float>&, FixtureSize);
+template std::unique_ptr<OpFixture<double>> make_fixture(const OpCase<double>&, FixtureSize);
 
 }  // namespace mscomp::nn

@@ -48,8 +48,14 @@ struct OpCase {
 template <class T>
 std::vector<OpCase<T>> op_table();
 
-/// The fixture of a case.
+enum class FixtureSize {
+    narrow,  // 13 vertices and 8 lanes, 5 of them active: every element can be checked
+    wide     // 290 vertices, so three chunks of them, and 48 lanes, 37 of them active
+};
+
+/// The fixture of a case; one of the vertices is in no face.
 template <class T>
-std::unique_ptr<OpFixture<T>> make_fixture(const OpCase<T>& op_case);
+std::unique_ptr<OpFixture<T>> make_fixture(const OpCase<T>& op_case,
+                                           FixtureSize size = FixtureSize::narrow);
 
 }  // namespace mscomp::nn

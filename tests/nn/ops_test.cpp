@@ -3,13 +3,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <set>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "gradient_check.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/random.h"
 #include "mscomp/nn/stacked_model.h"
 #include "op_table.h"
 #include "shapes.h"
@@ -18,11 +22,22 @@ namespace mscomp::nn {
 namespace {
 
 constexpr double kGradientTolerance = 1e-6;
+constexpr std::size_t kSamples = 40;  // of each input of a wide fixture
+constexpr double kUnitRoundoff = 6e-8;
 
-class EveryOp : public testing::TestWithParam<OpCase<double>> {};
+using CaseAndSize = std::tuple<OpCase<double>, FixtureSize>;
 
-std::string test_name(const testing::TestParamInfo<OpCase<double>>& info) {
-    std::string name = info.param.name;
+class EveryOp : public testing::TestWithParam<CaseAndSize> {
+  protected:
+    static bool wide() { return std::get<1>(GetParam()) == FixtureSize::wide; }
+    static std::unique_ptr<OpFixture<double>> fixture_of_case() {
+        return make_fixture(std::get<0>(GetParam()), std::get<1>(GetParam()));
+    }
+};
+
+std::string test_name(const testing::TestParamInfo<CaseAndSize>& info) {
+    std::string name = std::get<0>(info.param).name;
+    if (std::get<1>(info.param) == FixtureSize::wide) name += " wide";
     for (char& c : name) {
         if (c == ' ') c = '_';
     }
@@ -31,14 +46,16 @@ std::string test_name(const testing::TestParamInfo<OpCase<double>>& info) {
 
 TEST_P(EveryOp, BackwardAgreesWithFiniteDifferences) {
     set_thread_count(1);  // thousands of tiny passes: starting threads would take most of the time
-    const auto fixture = make_fixture(GetParam());
-    const GradientReport report = check_gradients(fixture->tape, fixture->output, fixture->inputs);
+    const auto fixture = fixture_of_case();
+    const GradientReport report =
+        wide() ? check_gradients(fixture->tape, fixture->output, fixture->inputs, kSamples)
+               : check_gradients(fixture->tape, fixture->output, fixture->inputs);
     set_thread_count(0);
     EXPECT_TRUE(report.within(kGradientTolerance)) << report.worst_error << " at " << report.where;
 }
 
 TEST_P(EveryOp, ForwardAgreesWithTheNaiveReference) {
-    const auto fixture = make_fixture(GetParam());
+    const auto fixture = fixture_of_case();
     fixture->tape.forward();
     const std::vector<double> expected = fixture->tape.ops()[0]->reference(fixture->tape);
     const std::span<double> got = fixture->tape.value(fixture->output);
@@ -52,7 +69,7 @@ TEST_P(EveryOp, ForwardAgreesWithTheNaiveReference) {
 // Gradients accumulate: a second backward pass on parameters' memory would double them; within one
 // pass the gradient of an input that was preset is added to.
 TEST_P(EveryOp, BackwardAddsToWhatIsThere) {
-    const auto fixture = make_fixture(GetParam());
+    const auto fixture = fixture_of_case();
     Tape<double>& tape = fixture->tape;
     tape.forward();
     std::fill(tape.grad(fixture->output).begin(), tape.grad(fixture->output).end(), 1.0);
@@ -75,7 +92,7 @@ TEST_P(EveryOp, ThreadsDoNotChangeABit) {
     std::vector<std::vector<double>> results;
     for (const int threads : {1, 2, 7}) {
         set_thread_count(threads);
-        const auto fixture = make_fixture(GetParam());
+        const auto fixture = fixture_of_case();
         check_gradients(fixture->tape, fixture->output, {});
         std::vector<double>& result =
             results.emplace_back(fixture->tape.value(fixture->output).begin(),
@@ -90,26 +107,61 @@ TEST_P(EveryOp, ThreadsDoNotChangeABit) {
     EXPECT_EQ(results[0], results[2]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Table, EveryOp, testing::ValuesIn(op_table<double>()), test_name);
+INSTANTIATE_TEST_SUITE_P(Table, EveryOp,
+                         testing::Combine(testing::ValuesIn(op_table<double>()),
+                                          testing::Values(FixtureSize::narrow, FixtureSize::wide)),
+                         test_name);
 
-/// Float against double: the bound is the number of terms times the unit roundoff times magnitudes.
-TEST(FloatOps, AgreeWithDoubleWithinRoundoff) {
+/// Output and then the gradients of all inputs after one backward pass from random gradients.
+template <class T>
+std::vector<std::vector<T>> forward_and_backward(const OpCase<T>& op_case, FixtureSize size) {
+    const auto fixture = make_fixture(op_case, size);
+    Tape<T>& tape = fixture->tape;
+    tape.forward();
+    const std::span<T> seed = tape.grad(fixture->output);
+    const CounterRandom random(41, 0);
+    for (std::size_t i = 0; i < seed.size(); ++i) seed[i] = static_cast<T>(random.normal(i));
+    tape.ops()[0]->backward(tape);
+    std::vector<std::vector<T>> results{
+        {tape.value(fixture->output).begin(), tape.value(fixture->output).end()}};
+    for (const Var input : fixture->inputs) {
+        results.emplace_back(tape.grad(input).begin(), tape.grad(input).end());
+    }
+    return results;
+}
+
+class FloatOps : public testing::TestWithParam<FixtureSize> {};
+
+// Float against double. Terms have random signs, so that a sum of n of them and the roundoff it
+// collects both grow like sqrt(n): the bound is a number of terms that does not grow, that of nine
+// channels of a vertex with its ring, times unit roundoff and the largest entry.
+TEST_P(FloatOps, AgreeWithDoubleWithinRoundoff) {
     const auto single = op_table<float>();
     const auto twice = op_table<double>();
     for (std::size_t n = 0; n < single.size(); ++n) {
-        const auto a = make_fixture(single[n]);
-        const auto b = make_fixture(twice[n]);
-        a->tape.forward();
-        b->tape.forward();
-        double largest = 1;
-        for (const double x : b->tape.value(b->output)) largest = std::max(largest, std::abs(x));
-        for (std::size_t i = 0; i < b->tape.value(b->output).size(); ++i) {
-            const double error = std::abs(static_cast<double>(a->tape.value(a->output)[i]) -
-                                          b->tape.value(b->output)[i]);
-            EXPECT_TRUE(error <= 189 * 6e-8 * largest) << single[n].name << "[" << i << "]";
+        const auto got = forward_and_backward(single[n], GetParam());
+        const auto expected = forward_and_backward(twice[n], GetParam());
+        ASSERT_EQ(got.size(), expected.size());
+        for (std::size_t j = 0; j < got.size(); ++j) {
+            ASSERT_EQ(got[j].size(), expected[j].size());
+            double largest = 0, worst = 0;
+            for (std::size_t i = 0; i < got[j].size(); ++i) {
+                const double error = std::abs(static_cast<double>(got[j][i]) - expected[j][i]);
+                if (!(error <= worst)) worst = error;  // a NaN stays
+                largest = std::max(largest, std::abs(expected[j][i]));
+            }
+            EXPECT_GT(largest, 0) << single[n].name << ", tensor " << j;
+            EXPECT_TRUE(worst <= 7 * 9 * kUnitRoundoff * largest)
+                << single[n].name << (j == 0 ? ", output" : ", gradient of input ")
+                << (j == 0 ? "" : std::to_string(j - 1)) << ": " << worst << " of " << largest;
         }
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Sizes, FloatOps, testing::Values(FixtureSize::narrow, FixtureSize::wide),
+                         [](const auto& each) {
+                             return each.param == FixtureSize::wide ? "wide" : "narrow";
+                         });
 
 /// tanh whose derivative forgets a square: exactly what the table has to find.
 class WrongTanh final : public Op<double> {
@@ -192,24 +244,38 @@ TEST(AttentionMask, ColumnsSumToOne) {
     }
 }
 
-// Padding lanes hold no shape: whatever they hold changes neither loss nor gradients.
-TEST(SquaredError, IgnoresLanesWithoutShape) {
-    const auto table = op_table<double>();
-    for (const auto& op_case : table) {
-        if (op_case.name != "squared_error" && op_case.name != "range_penalty") continue;
-        const auto fixture = make_fixture(op_case);
-        Tape<double>& tape = fixture->tape;
-        tape.forward();
-        const double before = tape.value(fixture->output)[0];
-        for (const Var input : fixture->inputs) {
-            for (std::size_t i = 5; i < tape.value(input).size(); i += 8)
-                tape.value(input)[i] = 1e6;
+/// Puts numbers into the lanes without shape, other ones into every input.
+void fill_padding(OpFixture<double>& fixture) {
+    const auto active = static_cast<std::size_t>(fixture.lanes.active);
+    double filler = 1e6;
+    for (const Var input : fixture.inputs) {
+        const std::span<double> values = fixture.tape.value(input);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            if (i % fixture.lanes.weight.size() >= active) values[i] = filler;
         }
-        check_gradients(tape, fixture->output, {});
-        EXPECT_EQ(tape.value(fixture->output)[0], before) << op_case.name;
-        for (const Var input : fixture->inputs) {
-            for (std::size_t i = 5; i < tape.grad(input).size(); i += 8) {
-                EXPECT_EQ(tape.grad(input)[i], 0) << op_case.name;
+        filler *= -3;
+    }
+}
+
+// Padding lanes hold no shape: whatever they hold changes neither loss nor gradients.
+TEST(BatchLosses, IgnoreLanesWithoutShape) {
+    for (const auto& op_case : op_table<double>()) {
+        if (op_case.name != "squared_error" && op_case.name != "range_penalty") continue;
+        for (const FixtureSize size : {FixtureSize::narrow, FixtureSize::wide}) {
+            const auto clean = make_fixture(op_case, size), padded = make_fixture(op_case, size);
+            fill_padding(*padded);
+            check_gradients(clean->tape, clean->output, {});
+            check_gradients(padded->tape, padded->output, {});
+            EXPECT_EQ(padded->tape.value(padded->output)[0], clean->tape.value(clean->output)[0]);
+            const std::size_t lanes = clean->lanes.weight.size();
+            for (const Var input : clean->inputs) {
+                const std::span<double> want = clean->tape.grad(input);
+                const std::span<double> got = padded->tape.grad(input);
+                for (std::size_t i = 0; i < got.size(); ++i) {
+                    const bool holds_shape =
+                        i % lanes < static_cast<std::size_t>(clean->lanes.active);
+                    EXPECT_EQ(got[i], holds_shape ? want[i] : 0.0) << op_case.name << " " << i;
+                }
             }
         }
     }

@@ -3,9 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "mscomp/nn/components.h"
+#include "mscomp/base/random.h"
 #include "small_training.h"
 
 namespace mscomp::nn {
@@ -56,6 +57,108 @@ TEST(DeflationStart, FindsSeparatePatches) {
     EXPECT_EQ(centers, (std::vector<int>{0, 1, 2}));
 }
 
+/// Two patches around opposite vertices, each along one channel of its own. Their atanh is what the
+/// model sees, so that the encoder gives exactly two directions.
+void fill_with_two_directions(SmallTraining& problem) {
+    const CounterRandom random(23, 0);
+    const int vertices = problem.mesh.vertex_count();
+    std::ranges::fill(problem.features, 0.0F);
+    for (std::size_t m = 0; m < problem.shapes.size(); ++m) {
+        for (const int p : {0, 3}) {
+            const double code = 2 * random.uniform(m * 4 + static_cast<std::size_t>(p)) - 1;
+            const auto distance = problem.distances.row(p);
+            for (int v = 0; v < vertices; ++v) {
+                const double bump = std::max(0.0, 1 - distance[static_cast<std::size_t>(v)] / 0.25);
+                float& x = problem.features[(m * static_cast<std::size_t>(vertices) +
+                                             static_cast<std::size_t>(v)) *
+                                                9 +
+                                            static_cast<std::size_t>(p)];
+                if (bump > 0) x = static_cast<float>(std::atanh(0.7 * code * bump));
+            }
+        }
+    }
+}
+
+// What two components explain leaves the other three exactly zero, instead of rows of unit length
+// along rounding.
+TEST(DeflationStart, StopsWhereEverythingIsExplained) {
+    SmallTraining problem;
+    fill_with_two_directions(problem);
+    problem.config.model.levels = {{5, 0.3, 1.0, {}}};
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    trainer.start();
+    const std::span<const float> weights = model->parameters().value(model->levels()[0].weights);
+    for (int row = 0; row < 5; ++row) {
+        const double length = row_length(weights, row, model->vertex_count());
+        if (row < 2) {
+            EXPECT_NEAR(length, 1, 1e-5);
+        } else {
+            EXPECT_EQ(length, 0) << "row " << row;
+        }
+    }
+    std::vector<int> centers = model->centers(0);
+    std::sort(centers.begin(), centers.begin() + 2);
+    EXPECT_EQ(centers[0], 0);
+    EXPECT_EQ(centers[1], 3);
+    for (const int center : centers) EXPECT_TRUE(center >= 0 && center < model->vertex_count());
+    EXPECT_TRUE(std::isfinite(trainer.run_epoch().total));
+    for (const float x : all_of(*model)) EXPECT_TRUE(std::isfinite(x));
+}
+
+// The start looks at all shapes, however few of them make a batch.
+TEST(DeflationStart, DoesNotDependOnTheBatch) {
+    SmallTraining problem;
+    const auto whole = problem.make_model();
+    start_deflation(*whole, std::span<const float>(problem.features),
+                    std::span<const int>(problem.shapes));
+    const std::span<const float> expected = whole->parameters().all_values();
+    for (const int batch : {1, 2, 5}) {
+        problem.config.train.batch = batch;
+        const auto model = problem.make_model();
+        ASSERT_EQ(model->batch_capacity(), batch);
+        start_deflation(*model, std::span<const float>(problem.features),
+                        std::span<const int>(problem.shapes));
+        for (int level = 0; level < 2; ++level) {
+            EXPECT_EQ(model->centers(level), whole->centers(level)) << "batch " << batch;
+        }
+        const std::span<const float> got = model->parameters().all_values();
+        ASSERT_EQ(got.size(), expected.size());
+        for (std::size_t i = 0; i < got.size(); ++i) EXPECT_NEAR(got[i], expected[i], 1e-5);
+    }
+}
+
+// A decoder of its own starts as the encoder's transpose, the identity, so that tying changes
+// nothing yet.
+TEST(DeflationStart, StartsADecoderOfItsOwnAsTheIdentity) {
+    SmallTraining problem;
+    const auto loss_and_matrices = [&](Tied tied) {
+        problem.config.model.tied = tied;
+        const auto model = problem.make_model();
+        start_deflation(*model, std::span<const float>(problem.features),
+                        std::span<const int>(problem.shapes));
+        for (const auto& level : model->levels()) {
+            EXPECT_EQ(level.decoder_w_own != level.w_own, tied == Tied::none);
+            for (const int index : {level.w_own, level.decoder_w_own}) {
+                const std::span<const float> w = model->parameters().value(index);
+                for (std::size_t i = 0; i < w.size(); ++i) {
+                    EXPECT_EQ(w[i], i % 81 / 9 == i % 9 ? 1.0F : 0.0F);
+                }
+            }
+            for (const int index :
+                 {level.w_ring, level.decoder_w_ring, level.bias, level.decoder_bias}) {
+                for (const float x : model->parameters().value(index)) EXPECT_EQ(x, 0.0F);
+            }
+        }
+        model->load_batch(std::span<const float>(problem.features),
+                          std::span<const int>(problem.shapes));
+        return model->forward();
+    };
+    const float tied = loss_and_matrices(Tied::transpose);
+    EXPECT_TRUE(tied > 0);
+    EXPECT_EQ(loss_and_matrices(Tied::none), tied);
+}
+
 // Data that do not move leave all components zero and the model finite.
 TEST(DeflationStart, OfShapesThatDoNotMoveIsFinite) {
     SmallTraining problem;
@@ -77,58 +180,6 @@ TEST(RandomStart, HasTheDeviationOfThePaper) {
     const double count = static_cast<double>(weights.size());
     // The variance of n normals is within 5 sqrt(2/n) of 0.02^2.
     EXPECT_NEAR(squares / count / 4e-4, 1, 5 * std::sqrt(2 / count));
-}
-
-// A trained component moves nothing outside its range and one ring around it, and the end it shows
-// is one of its two code ends.
-TEST(Components, MoveNothingFarFromTheirSupport) {
-    SmallTraining problem;
-    const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
-    trainer.start();
-    for (int epoch = 0; epoch < 20; ++epoch) trainer.run_epoch();
-    const auto codes = trainer.codes();
-    std::array<double, 9> factor{};
-    factor.fill(0.5);
-    const std::vector<float> reference(static_cast<std::size_t>(model->vertex_count()) * 9, 0.0F);
-    const auto components =
-        extract_components(*model, codes, reference, factor, {}, problem.distances);
-    ASSERT_EQ(components.size(), 3u + 6u);
-    for (const Component& c : components) {
-        EXPECT_TRUE(c.code_end == c.code_min || c.code_end == c.code_max);
-        EXPECT_EQ(c.parent.empty(), c.level == 0);
-        const auto distance = problem.distances.row(c.center);
-        const double range =
-            problem.config.model.levels[static_cast<std::size_t>(c.level)].sparsity_range;
-        EXPECT_LE(c.localization_radius,
-                  range + 0.12);  // one edge of the sphere is at most 0.11 pi
-        for (int v = 0; v < model->vertex_count(); ++v) {
-            if (distance[static_cast<std::size_t>(v)] < range + 0.12) continue;
-            for (int i = 0; i < 9; ++i) {
-                EXPECT_EQ(c.difference[static_cast<std::size_t>(v * 9 + i)], 0.0F) << c.id;
-            }
-        }
-    }
-    EXPECT_EQ(components[3].id, "0.0");
-    EXPECT_EQ(components[8].id, "2.1");
-    EXPECT_EQ(components[8].parent, "2");
-}
-
-TEST(Components, BelowTheMinimumStrengthAreDroppedWithAReason) {
-    SmallTraining problem;
-    const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
-    trainer.start();
-    std::array<double, 9> factor{};
-    factor.fill(1.0);
-    FilterConfig filter;
-    filter.minimum_strength = 1e9;
-    const std::vector<float> reference(static_cast<std::size_t>(model->vertex_count()) * 9, 0.0F);
-    for (const Component& c : extract_components(*model, trainer.codes(), reference, factor, filter,
-                                                 problem.distances)) {
-        EXPECT_FALSE(c.kept);
-        EXPECT_FALSE(c.reason.empty());
-    }
 }
 
 }  // namespace

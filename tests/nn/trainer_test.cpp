@@ -182,6 +182,62 @@ TEST_F(ModelFileTest, RefusesAlteredBytes) {
     }
 }
 
+// A settled centre need not be the longest vertex, so it is restored, not found again.
+TEST_F(ModelFileTest, RestoresCentres) {
+    const auto model = problem_.make_model();
+    Trainer trainer(*model, problem_.config, problem_.features, problem_.shapes);
+    trainer.start();
+    const std::vector<int> coarse{5, 17, 160}, fine{9, 8, 7, 6, 5, 4};
+    model->set_centers(0, coarse);
+    model->set_centers(1, fine);
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    std::vector<std::vector<float>> codes{std::vector<float>(12 * 3), std::vector<float>(12 * 6)};
+    const std::string path = temporary("centres.safetensors");
+    write_model(path, *model, context, trainer.state(), codes);
+    const auto loaded = problem_.make_model();
+    ModelFile(path).load(*loaded);
+    EXPECT_EQ(loaded->centers(0), coarse);
+    EXPECT_EQ(loaded->centers(1), fine);
+    // Inner numbering too, against the order that brings vertices there.
+    EXPECT_EQ(loaded->order()
+                  .to_user[static_cast<std::size_t>(loaded->levels()[0].sparsity->centers()[2])],
+              160);
+    const SparsityRow row =
+        loaded->levels()[0].sparsity->row(loaded->levels()[0].sparsity->centers()[2]);
+    EXPECT_EQ(row.distances[static_cast<std::size_t>(loaded->order().to_internal[160])], 0);
+}
+
+// Content that no training can have written, though the bytes are whole.
+TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
+    const auto model = problem_.make_model();
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    model->set_centers(0, {0, 1, 2});
+    model->set_centers(1, {0, 1, 2, 3, 4, 5});
+    std::vector<std::vector<float>> codes{std::vector<float>(12 * 3), std::vector<float>(12 * 6)};
+    const std::string path = temporary("model.safetensors");
+    const auto load = [&] {
+        write_model(path, *model, context, {}, codes);
+        const auto fresh = problem_.make_model();
+        ModelFile(path).load(*fresh);
+    };
+    EXPECT_NO_THROW(load());
+    std::swap(context.train_shapes[0], context.train_shapes[1]);
+    EXPECT_THROW(load(), CheckpointError) << "shapes in disorder";
+    context.train_shapes = problem_.shapes;
+    codes[1].resize(11 * 6);
+    EXPECT_THROW(load(), CheckpointError) << "a shape without codes";
+    codes[1].resize(12 * 6);
+    model->set_centers(0, {0, 1, -1});
+    EXPECT_THROW(load(), CheckpointError) << "a component without centre";
+    model->set_centers(0, {0, 1, 2});
+    model->parameters().value(0)[3] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_THROW(load(), CheckpointError) << "a parameter that is not finite";
+}
+
 TEST_F(ModelFileTest, RefusesAModelOfAnotherShape) {
     const ModelFile file(saved());
     problem_.config.model.levels[0].components = 4;
