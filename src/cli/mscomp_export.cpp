@@ -147,15 +147,17 @@ struct ShownComponent {
     DeformedShape shape;
 };
 
-/// One view for all pictures, wide enough for the shape that reaches farthest.
+/// One view for all pictures: the direction that suits the reference, wide enough for the shape
+/// that reaches farthest.
 View common_view(const TriangleMesh& reference, const std::vector<ShownComponent>& shown,
                  int longer_side, std::array<int, 2>& size) {
     std::vector<Point> all = reference.vertices;
     for (const ShownComponent& each : shown) {
         all.insert(all.end(), each.shape.mesh.vertices.begin(), each.shape.mesh.vertices.end());
     }
-    size = picture_size(fit_view(all), longer_side);
-    return fit_view(all, static_cast<double>(size[0]) / size[1]);
+    const View view = framed(fit_view(reference.vertices), all);
+    size = picture_size(view, longer_side);
+    return framed(view, all, static_cast<double>(size[0]) / size[1]);
 }
 
 /// The contact sheet: the reference, then each level's components under a heading.

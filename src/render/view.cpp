@@ -67,9 +67,7 @@ std::array<Point, 3> axes_for(const std::array<Range, 3>& box) {
     return {right, cross(viewer, right), viewer};
 }
 
-}  // namespace
-
-View fit_view(std::span<const Point> vertices, double picture_aspect) {
+void require_finite(std::span<const Point> vertices) {
     if (vertices.empty()) throw MeshError("render: nothing to look at, the mesh has no vertices");
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const Point& p = vertices[i];
@@ -78,8 +76,19 @@ View fit_view(std::span<const Point> vertices, double picture_aspect) {
                                         i, p[0], p[1], p[2]));
         }
     }
+}
+
+}  // namespace
+
+View fit_view(std::span<const Point> vertices, double picture_aspect) {
+    require_finite(vertices);
     View view;
     view.axes = axes_for(ranges_along(vertices, view.axes));
+    return framed(view, vertices, picture_aspect);
+}
+
+View framed(View view, std::span<const Point> vertices, double picture_aspect) {
+    require_finite(vertices);
     const std::array<Range, 3> seen = ranges_along(vertices, view.axes);
     view.center = {0, 0, 0};
     for (std::size_t k = 0; k < 3; ++k) {

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "mscomp/base/error.h"
 #include "mscomp/render/render.h"
+#include "shapes.h"
 
 namespace mscomp {
 namespace {
@@ -108,6 +110,25 @@ TEST(PictureSize, FollowsTheShapeWithinReason) {
     EXPECT_EQ(picture_size(View{.aspect = 1.5}, 300), (std::array<int, 2>{300, 200}));
     EXPECT_EQ(picture_size(View{.aspect = 0.6}, 300), (std::array<int, 2>{180, 300}));
     EXPECT_EQ(picture_size(View{.aspect = 0.01}, 300), (std::array<int, 2>{150, 300}));
+}
+
+// Framing anew keeps the direction and lets every vertex fit.
+TEST(Framed, KeepsTheDirectionAndHoldsEverything) {
+    const std::vector<Point> upright = shapes::cylinder(12, 9, 0.5, 4, true).vertices;
+    const View view = fit_view(upright);
+    std::vector<Point> all = upright;
+    all.push_back({30, 1, 2});
+    const View wider = framed(view, all, 1.5);
+    EXPECT_EQ(wider.axes, view.axes);
+    for (const Point& p : all) {
+        double right = 0, up = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            right += (p[k] - wider.center[k]) * wider.axes[0][k];
+            up += (p[k] - wider.center[k]) * wider.axes[1][k];
+        }
+        EXPECT_LE(std::abs(right), 1.5 * wider.half_extent);
+        EXPECT_LE(std::abs(up), wider.half_extent);
+    }
 }
 
 }  // namespace

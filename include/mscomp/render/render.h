@@ -37,6 +37,10 @@ struct View {
 /// Throws MeshError if there are no vertices or one is not finite.
 View fit_view(std::span<const Point> vertices, double picture_aspect = 1.0);
 
+/// The same direction of view, framed anew so that all of `vertices` fit: several shapes seen
+/// alike.
+View framed(View view, std::span<const Point> vertices, double picture_aspect = 1.0);
+
 /// Width and height in pixels that suit what is seen, the longer one as given. With it:
 ///   View view = fit_view(points);
 ///   const auto [width, height] = picture_size(view, 340);
