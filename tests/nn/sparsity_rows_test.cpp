@@ -46,6 +46,16 @@ TEST(SparsityRows, TakeTheRangeAsLimitByDefault) {
     EXPECT_EQ(free_count(sparsity.row(50)), 21);  // 22 allowed; they come in pairs
 }
 
+// A limit of less than one vertex leaves the centre.
+TEST(SparsityRows, LeaveAtLeastTheCentreFree) {
+    LineDistances line(5);
+    SparsityRows sparsity(line, {1, 0.9, 0.1, {}}, CenterRule::settle);
+    for (int center = 0; center < 5; ++center) {
+        EXPECT_TRUE(sparsity.row(center).is_free(center));
+        EXPECT_EQ(free_count(sparsity.row(center)), 1);
+    }
+}
+
 // clip((d - from) / (to - from), 0, 1) of the AAAI-18 predecessor.
 TEST(SparsityRows, RiseAlongTheRamp) {
     LineDistances line(101);

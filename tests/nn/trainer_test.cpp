@@ -198,7 +198,7 @@ TEST_F(ModelFileTest, RestoresCentres) {
     write_model(path, *model, context, trainer.state(), codes);
     const auto loaded = problem_.make_model();
     ModelFile(path).load(*loaded);
-    EXPECT_EQ(loaded->centers(0), coarse);
+    ASSERT_EQ(loaded->centers(0), coarse);
     EXPECT_EQ(loaded->centers(1), fine);
     // Inner numbering too, against the order that brings vertices there.
     EXPECT_EQ(loaded->order()
