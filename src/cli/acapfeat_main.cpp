@@ -5,6 +5,7 @@
 #include "mscomp/cli/program.h"
 
 int main(int argc, char** argv) {
+    mscomp::wait_asleep(argv);
     CLI::App app("Turns meshes of one connectivity into ACAP features and back", "acapfeat");
     mscomp::setup_program(app);
     mscomp::setup_extract(app);

@@ -5,6 +5,7 @@
 #include "mscomp_commands.h"
 
 int main(int argc, char** argv) {
+    mscomp::wait_asleep(argv);
     CLI::App app("Learns multiscale, localised deformation components from ACAP features",
                  "mscomp");
     mscomp::setup_program(app);

@@ -2,10 +2,12 @@
 #include "mscomp/cli/program.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -41,6 +43,16 @@ void flush_results() {
 }
 
 }  // namespace
+
+void wait_asleep(char** argv) {
+    for (const char* variable : {"OMP_WAIT_POLICY", "GOMP_SPINCOUNT"}) {
+        if (std::getenv(variable) != nullptr) return;
+    }
+    // The OpenMP library reads its environment before main: only a new start can tell it.
+    setenv("GOMP_SPINCOUNT", "20000", 1);
+    execv("/proc/self/exe", argv);
+    // Where that is not possible the program runs as it is.
+}
 
 void setup_program(CLI::App& app) {
     app.set_version_flag("--version", app.get_name() + " " + MSCOMP_VERSION);

@@ -9,6 +9,11 @@ class App;
 
 namespace mscomp {
 
+/// Starts the program anew, once, so that OpenMP threads with nothing to do soon sleep instead of
+/// keeping a processor busy, which on a shared machine stops everybody. Leaves OMP_WAIT_POLICY and
+/// GOMP_SPINCOUNT alone where they are set. Call it first in main.
+void wait_asleep(char** argv);
+
 /// What both programs share: name, version, one command at a time.
 void setup_program(CLI::App& app);
 
