@@ -7,9 +7,9 @@
 #include <mutex>
 #include <utility>
 
-#include "alignment.h"
 #include "consistency.h"
 #include "deformation_gradient.h"
+#include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "polar.h"

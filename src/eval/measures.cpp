@@ -3,29 +3,38 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
 namespace {
 
-using Positions = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+double square_distance(const Point& p, const Point& q) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) sum += (p[k] - q[k]) * (p[k] - q[k]);
+    return sum;
+}
 
-Positions centered(const std::vector<Point>& points) {
-    const Eigen::Map<const Positions> all(points.front().data(), 3,
-                                          static_cast<Eigen::Index>(points.size()));
-    return all.colwise() - all.rowwise().mean();
+Point centroid(const std::vector<Point>& points) {
+    Point sum{0, 0, 0};
+    for (const Point& p : points) {
+        for (std::size_t k = 0; k < 3; ++k) sum[k] += p[k] / static_cast<double>(points.size());
+    }
+    return sum;
 }
 
 }  // namespace
 
 RmsError::RmsError(const std::vector<Point>& reference) : scale_(0) {
     if (reference.empty()) throw MeshError("E_rms of a reference without vertices");
-    scale_ = 1 / centered(reference).colwise().norm().maxCoeff();
+    const Point center = centroid(reference);
+    double farthest = 0;
+    for (const Point& p : reference) farthest = std::max(farthest, square_distance(p, center));
+    scale_ = 1 / std::sqrt(farthest);
 }
 
 void RmsError::add(const std::vector<Point>& truth, const std::vector<Point>& result) {
@@ -33,15 +42,10 @@ void RmsError::add(const std::vector<Point>& truth, const std::vector<Point>& re
         throw MeshError(
             fmt::format("E_rms between {} and {} vertices", truth.size(), result.size()));
     }
-    const Positions p = centered(truth), q = centered(result);
-    // Kabsch: the rotation of q onto p, det +1.
-    const Eigen::Matrix3d covariance = p * q.transpose();
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Matrix3d flip = Eigen::Matrix3d::Identity();
-    flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    const Eigen::Matrix3d rotation = svd.matrixU() * flip * svd.matrixV().transpose();
-    squares_ += (p - rotation * q).squaredNorm() * scale_ * scale_;
+    const std::vector<Point> aligned = moved(result, best_rigid_motion(result, truth));
+    double squares = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) squares += square_distance(truth[i], aligned[i]);
+    squares_ += squares * scale_ * scale_;
     coordinates_ += 3.0 * static_cast<double>(truth.size());
     ++shapes_;
 }

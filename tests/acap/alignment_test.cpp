@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alignment.h"
+#include "mscomp/acap/alignment.h"
 
 #include <gtest/gtest.h>
 

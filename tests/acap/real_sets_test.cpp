@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "acap_cases.h"
-#include "alignment.h"
+#include "mscomp/acap/alignment.h"
 #include "mscomp/acap/reconstruct.h"
 
 namespace mscomp {

@@ -2,4 +2,4 @@
 #define MSCOMP_ISA isa_avx2
 #define MSCOMP_ISA_NAME "avx2"
 #define MSCOMP_VECTOR_BYTES 32
-#include "kernels_impl.h"
+#include "kernels_table.h"

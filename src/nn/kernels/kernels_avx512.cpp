@@ -2,4 +2,4 @@
 #define MSCOMP_ISA isa_avx512
 #define MSCOMP_ISA_NAME "avx512"
 #define MSCOMP_VECTOR_BYTES 64
-#include "kernels_impl.h"
+#include "kernels_table.h"

@@ -2,4 +2,4 @@
 #define MSCOMP_ISA isa_generic
 #define MSCOMP_ISA_NAME "generic"
 #define MSCOMP_VECTOR_BYTES 16
-#include "kernels_impl.h"
+#include "kernels_table.h"

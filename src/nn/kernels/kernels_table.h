@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// The table of the kernels of one instruction set; see kernels_impl.h for what has to be defined.
+#include "kernels_impl.h"
+
+namespace mscomp::nn::MSCOMP_ISA {
+
+/// The full register where lanes fill it, eight elements of it otherwise (lanes are a multiple of
+/// 8).
+template <class T>
+constexpr int full_width() {
+    return MSCOMP_VECTOR_BYTES / static_cast<int>(sizeof(T));
+}
+template <class T>
+using Full = typename VectorOf<T, full_width<T>()>::type;
+template <class T>
+using Half = typename VectorOf<T, (full_width<T>() > 8 ? 8 : full_width<T>())>::type;
+
+// Chooses the register by the number of lanes: an argument list with `lanes` in it, twice.
+#define MSCOMP_BY_LANES(name, ...) \
+    (lanes % full_width<T>() == 0 ? name<T, Full<T>>(__VA_ARGS__) : name<T, Half<T>>(__VA_ARGS__))
+
+template <class T>
+Kernels<T> table() {
+    Kernels<T> t;
+    t.instruction_set = MSCOMP_ISA_NAME;
+    t.conv_forward = [](const Neighborhood<T>& rings, const T* x, const T* mp, const T* mn,
+                        const T* bias, bool use_tanh, int lanes, int begin, int end, T* y) {
+        MSCOMP_BY_LANES(conv_forward, rings, x, mp, mn, bias, use_tanh, lanes, begin, end, y);
+    };
+    t.conv_backward_activation = [](const T* y, const T* dy, bool use_tanh, int lanes, int begin,
+                                    int end, T* dpre, T* bias_grad) {
+        MSCOMP_BY_LANES(conv_backward_activation, y, dy, use_tanh, lanes, begin, end, dpre,
+                        bias_grad);
+    };
+    t.conv_backward = [](const Neighborhood<T>& rings, const T* x, const T* dpre, const T* mp,
+                         const T* mn, int lanes, int begin, int end, T* scratch, T* dx, T* mp_grad,
+                         T* mn_grad) {
+        MSCOMP_BY_LANES(conv_backward, rings, x, dpre, mp, mn, lanes, begin, end, scratch, dx,
+                        mp_grad, mn_grad);
+    };
+    t.project = [](const T* weights, std::int64_t stride, int components, const T* rows, int lanes,
+                   int begin, int end, T* codes) {
+        MSCOMP_BY_LANES(project, weights, stride, components, rows, lanes, begin, end, codes);
+    };
+    t.expand = [](const T* weights, std::int64_t stride, int components, const T* codes, int lanes,
+                  int begin, int end, bool accumulate, T* rows) {
+        MSCOMP_BY_LANES(expand, weights, stride, components, codes, lanes, begin, end, accumulate,
+                        rows);
+    };
+    t.outer = [](const T* codes, const T* rows, std::int64_t stride, int components, int lanes,
+                 int begin, int end, T* weights_grad) {
+        MSCOMP_BY_LANES(outer, codes, rows, stride, components, lanes, begin, end, weights_grad);
+    };
+    t.squared_error = [](const T* x, const T* y, const T* lane_weight, int lanes, int begin,
+                         int end) {
+        return MSCOMP_BY_LANES(squared_error, x, y, lane_weight, lanes, begin, end);
+    };
+    t.squared_error_backward = [](const T* x, const T* y, const T* lane_weight, T factor, int lanes,
+                                  int begin, int end, T* dx, T* dy) {
+        MSCOMP_BY_LANES(squared_error_backward, x, y, lane_weight, factor, lanes, begin, end, dx,
+                        dy);
+    };
+    t.masked_residual = [](const T* x, const T* y, const T* mask, int lanes, int begin, int end,
+                           T* out) {
+        MSCOMP_BY_LANES(masked_residual, x, y, mask, lanes, begin, end, out);
+    };
+    t.masked_residual_backward = [](const T* x, const T* y, const T* mask, const T* dout, int lanes,
+                                    int begin, int end, T* dx, T* dy, T* dmask) {
+        MSCOMP_BY_LANES(masked_residual_backward, x, y, mask, dout, lanes, begin, end, dx, dy,
+                        dmask);
+    };
+    t.tanh_forward = [](const T* x, std::int64_t count, T* y) {
+        tanh_forward<T, Half<T>>(x, count, y);
+    };
+    t.adam = &adam<T>;
+    return t;
+}
+
+#undef MSCOMP_BY_LANES
+
+template Kernels<float> table<float>();
+template Kernels<double> table<double>();
+
+}  // namespace mscomp::nn::MSCOMP_ISA
