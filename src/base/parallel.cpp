@@ -7,6 +7,7 @@
 #include <atomic>
 #include <exception>
 #include <limits>
+#include <thread>
 #include <vector>
 
 namespace mscomp {
@@ -26,8 +27,9 @@ int thread_count() {
 namespace detail {
 
 void parallel_for(std::int64_t count, IndexedCall call, void* context) {
+    thread_local bool is_inside = false;
     const int threads = static_cast<int>(std::min<std::int64_t>(thread_count(), count));
-    if (threads <= 1 || omp_in_parallel() != 0) {
+    if (threads <= 1 || is_inside) {
         for (std::int64_t i = 0; i < count; ++i) call(context, i);
         return;
     }
@@ -36,24 +38,33 @@ void parallel_for(std::int64_t count, IndexedCall call, void* context) {
         std::exception_ptr error;
     };
     std::vector<Failure> failures(static_cast<std::size_t>(threads));
+    std::atomic<std::int64_t> next{0};
     // Once an index has failed, larger ones are not worth starting.
     std::atomic<std::int64_t> lowest_failure{std::numeric_limits<std::int64_t>::max()};
-#pragma omp parallel num_threads(threads)
-    {
-        Failure& mine = failures[static_cast<std::size_t>(omp_get_thread_num())];
-#pragma omp for schedule(dynamic, 1)
-        for (std::int64_t i = 0; i < count; ++i) {
-            if (i > lowest_failure.load(std::memory_order_relaxed)) continue;
+    const auto work = [&](Failure& mine) {
+        is_inside = true;
+        for (std::int64_t i = next++; i < count; i = next++) {
+            if (i > lowest_failure) continue;
             try {
                 call(context, i);
             } catch (...) {
                 if (i < mine.index) mine = {i, std::current_exception()};
-                std::int64_t lowest = lowest_failure.load();
+                std::int64_t lowest = lowest_failure;
                 while (i < lowest && !lowest_failure.compare_exchange_weak(lowest, i)) {
                 }
             }
         }
-    }
+        is_inside = false;
+    };
+#if defined(__SANITIZE_THREAD__)
+    // The sanitizer does not see how the OpenMP library makes threads wait for each other.
+    std::vector<std::thread> workers;
+    for (Failure& mine : failures) workers.emplace_back([&work, &mine] { work(mine); });
+    for (std::thread& worker : workers) worker.join();
+#else
+#pragma omp parallel num_threads(threads)
+    work(failures[static_cast<std::size_t>(omp_get_thread_num())]);
+#endif
     const auto first =
         std::min_element(failures.begin(), failures.end(),
                          [](const Failure& a, const Failure& b) { return a.index < b.index; });
