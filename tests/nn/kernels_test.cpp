@@ -138,5 +138,19 @@ TEST(FloatTanh, IsAccurate) {
     }
 }
 
+// Any number of values, not only whole registers; what lies behind them is left alone.
+TEST(FloatTanh, TakesAnyNumberOfValues) {
+    for (const char* name : {"generic", "avx2", "avx512"}) {
+        const Kernels<float>* k = find_kernels<float>(name);
+        if (k == nullptr) continue;
+        for (const std::size_t count : {std::size_t{1}, std::size_t{7}, std::size_t{13}}) {
+            AlignedVector<float> x(count, 0.5F), y(count + 1, 9.0F);
+            k->tanh_forward(x.data(), static_cast<std::int64_t>(count), y.data());
+            for (std::size_t i = 0; i < count; ++i) EXPECT_NEAR(y[i], std::tanh(0.5), 1e-7) << name;
+            EXPECT_EQ(y[count], 9.0F) << name;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace mscomp::nn

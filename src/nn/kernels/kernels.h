@@ -56,7 +56,7 @@ struct Kernels {
     /// dx += mask dout, dy -= mask dout (where given); dmask_v += sum dout (x - y) (where given).
     void (*masked_residual_backward)(const T* x, const T* y, const T* mask, const T* dout,
                                      int lanes, int begin, int end, T* dx, T* dy, T* dmask);
-    /// y = tanh(x) for count values (a multiple of 8).
+    /// y = tanh(x) for any number of values.
     void (*tanh_forward)(const T* x, std::int64_t count, T* y);
     /// One Adam update: m, v, p from g; correction1 = 1 - beta1^t, correction2 = 1 - beta2^t.
     void (*adam)(T* p, T* m, T* v, const T* g, std::int64_t count, T rate, T beta1, T beta2,

@@ -311,9 +311,14 @@ void masked_residual_backward(const T* x, const T* y, const T* mask, const T* do
 
 template <class T, class V>
 void tanh_forward(const T* x, std::int64_t count, T* y) {
-    for (std::int64_t i = 0; i < count; i += width<T, V>()) {
-        store(y + i, tanh_of<T>(load<V>(x + i)));
-    }
+    constexpr int n = width<T, V>();
+    std::int64_t i = 0;
+    for (; i + n <= count; i += n) store(y + i, tanh_of<T>(load<V>(x + i)));
+    if (i == count) return;
+    V rest = {};
+    for (int j = 0; i + j < count; ++j) rest[j] = x[i + j];
+    rest = tanh_of<T>(rest);
+    for (int j = 0; i + j < count; ++j) y[i + j] = rest[j];
 }
 
 template <class T>
