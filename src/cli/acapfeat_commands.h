@@ -44,6 +44,22 @@ struct InfoCommand {
 void setup_info(CLI::App& app);
 void run_info(const InfoCommand& options);
 
+struct CheckCommand {
+    std::vector<std::string> inputs;
+    std::string list;
+    CommonOptions common;
+};
+void setup_check(CLI::App& app);
+void run_check(const CheckCommand& options);
+
+struct ConvertCommand {
+    std::string input;
+    std::string output;
+    CommonOptions common;
+};
+void setup_convert(CLI::App& app);
+void run_convert(const ConvertCommand& options);
+
 struct GenerateCommand {
     std::string name;
     std::string output;

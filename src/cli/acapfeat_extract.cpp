@@ -5,49 +5,22 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <sstream>
 
 #include "acapfeat_commands.h"
+#include "mesh_inputs.h"
 #include "mscomp/acap/extract.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
-#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
 #include "mscomp/cli/progress.h"
-#include "mscomp/cli/split.h"
 
 namespace mscomp {
 namespace {
-
-std::vector<std::string> listed_inputs(const std::string& list) {
-    const std::string folder = std::filesystem::path(list).parent_path().string();
-    std::vector<std::string> paths;
-    std::istringstream lines(read_file(list));
-    std::string line;
-    for (std::int64_t number = 1; std::getline(lines, line); ++number) {
-        if (!line.empty() && line.back() == '\r') line.pop_back();
-        if (line.empty()) continue;
-        paths.push_back(path_from(folder, line));
-        if (!std::filesystem::exists(paths.back())) {
-            throw IoError(paths.back(), fmt::format("no such file, named in {}:{}", list, number));
-        }
-    }
-    if (paths.empty()) throw InputError({list}, "names no file; wanted one mesh file per line");
-    return paths;
-}
-
-std::vector<std::string> input_paths(const ExtractCommand& options) {
-    if (options.inputs.empty() == options.list.empty()) {
-        throw UsageError("wanted meshes: either INPUT... or --list FILE");
-    }
-    return options.list.empty() ? expand_inputs(options.inputs) : listed_inputs(options.list);
-}
 
 struct Input {
     MeshSequence sequence;
@@ -55,7 +28,7 @@ struct Input {
 };
 
 Input read_input(const ExtractCommand& options) {
-    std::vector<std::string> paths = input_paths(options);
+    std::vector<std::string> paths = mesh_paths(options.inputs, options.list);
     const std::string& text = options.reference;
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);

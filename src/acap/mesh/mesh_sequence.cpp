@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "polygon_mesh.h"
@@ -104,22 +105,50 @@ std::vector<std::string> distinct_stems(const std::vector<std::string>& paths) {
 
 }  // namespace
 
-MeshSequence read_sequence(const std::vector<std::string>& paths) {
+struct MeshFiles::State {
+    explicit State(std::vector<std::string> files)
+        : paths(std::move(files)),
+          names(distinct_stems(paths)),
+          reference(read_polygons(paths.front())),
+          connectivity(reference, paths.front()),
+          faces(split_into_triangles(reference)) {}
+
+    std::vector<std::string> paths, names;
+    PolygonMesh reference;
+    ReferenceConnectivity connectivity;
+    std::vector<Face> faces;  // one split for all: the fans of the reference's polygons
+};
+
+MeshFiles::MeshFiles(std::vector<std::string> paths) {
     if (paths.empty()) throw UsageError("no mesh files given");
-    PolygonMesh reference = read_polygons(paths.front());
-    const ReferenceConnectivity connectivity(reference, paths.front());
+    state_ = std::make_unique<State>(std::move(paths));
+}
+MeshFiles::MeshFiles(MeshFiles&&) noexcept = default;
+MeshFiles& MeshFiles::operator=(MeshFiles&&) noexcept = default;
+MeshFiles::~MeshFiles() = default;
+
+const std::vector<std::string>& MeshFiles::paths() const { return state_->paths; }
+const std::vector<std::string>& MeshFiles::names() const { return state_->names; }
+const std::vector<Face>& MeshFiles::faces() const { return state_->faces; }
+int MeshFiles::vertex_count() const { return static_cast<int>(state_->reference.vertices.size()); }
+
+std::vector<Point> MeshFiles::shape(int index) const {
+    if (index == 0) return state_->reference.vertices;
+    const std::string& path = state_->paths[static_cast<std::size_t>(index)];
+    PolygonMesh mesh = read_polygons(path);
+    state_->connectivity.check(mesh, path);
+    return std::move(mesh.vertices);
+}
+
+MeshSequence read_sequence(const std::vector<std::string>& paths) {
+    const MeshFiles files(paths);
     MeshSequence sequence;
-    sequence.names = distinct_stems(paths);
+    sequence.names = files.names();
+    sequence.faces = files.faces();
     sequence.shapes.resize(paths.size());
-    parallel_for(static_cast<std::int64_t>(paths.size()) - 1, [&](std::int64_t i) {
-        const auto index = static_cast<std::size_t>(i) + 1;
-        PolygonMesh mesh = read_polygons(paths[index]);
-        connectivity.check(mesh, paths[index]);
-        sequence.shapes[index] = std::move(mesh.vertices);
+    parallel_for(files.shape_count(), [&](std::int64_t i) {
+        sequence.shapes[static_cast<std::size_t>(i)] = files.shape(static_cast<int>(i));
     });
-    // One split for all: the fans of the reference's polygons.
-    sequence.faces = split_into_triangles(reference);
-    sequence.shapes.front() = std::move(reference.vertices);
     return sequence;
 }
 
