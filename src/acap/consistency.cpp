@@ -10,11 +10,23 @@ namespace mscomp {
 namespace {
 
 constexpr double kSameUnrest = 1e-4;
+// One turn changes an edge by up to (2π)² = 39; float vectors leave less than this over all edges.
+constexpr double kSmallestGain = 1e-6;
 
 struct Candidate {
     TurnProblem::Turns turns;
     double energy;
 };
+
+double largest_jump(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& vectors) {
+    double largest = 0;
+    for (const auto& [i, j] : graph.edges) {
+        const double jump =
+            (vectors[static_cast<std::size_t>(i)] - vectors[static_cast<std::size_t>(j)]).norm();
+        largest = std::max(largest, jump);
+    }
+    return largest;
+}
 
 bool reaches(double energy, double bound) { return energy <= bound + 1e-9 * (1 + bound); }
 
@@ -46,8 +58,10 @@ Candidate best_turns(const TurnProblem& problem, ConsistencySummary& summary) {
     const bool propagation_first = summary.propagation_energy < summary.principal_energy;
     if (polished(propagation_first ? propagated : principal)) return best;
     if (polished(propagation_first ? principal : propagated)) return best;
-    summary.relaxed = true;
-    polished(relaxed_turns(problem));
+    TurnProblem::Turns relaxed = relaxed_turns(problem);
+    summary.relaxation_energy = problem.energy(relaxed);
+    keep_better(relaxed);
+    polished(std::move(relaxed));
     return best;
 }
 
@@ -91,13 +105,34 @@ ConsistencySummary make_consistent(const ConsistencyGraph& graph,
         if (best.turns[i] == 0) continue;
         rotation_vectors[i] = problem.rotation_vector(static_cast<int>(i), best.turns[i]);
     }
-    for (const auto& [i, j] : graph.edges) {
-        const double jump = (rotation_vectors[static_cast<std::size_t>(i)] -
-                             rotation_vectors[static_cast<std::size_t>(j)])
-                                .norm();
-        summary.largest_jump = std::max(summary.largest_jump, jump);
-    }
+    summary.largest_jump = largest_jump(graph, rotation_vectors);
     return summary;
+}
+
+bool improve_consistency(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& start,
+                         std::vector<Eigen::Vector3d>& rotation_vectors,
+                         ConsistencySummary& summary) {
+    if (reaches(summary.energy, summary.lower_bound)) return false;
+    // Turns count from the vectors as they are: their axes are known also near a full turn.
+    const TurnProblem problem(graph, rotation_vectors);
+    TurnProblem::Turns turns(rotation_vectors.size());
+    const double before = problem.energy(turns);
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+        turns[i] = problem.nearest_turn(static_cast<int>(i), start[i]);
+    }
+    polish_vertices(problem, turns);
+    polish_clusters(problem, problem.orientation(), turns);
+    const double after = problem.energy(turns);
+    if (!(after < before - kSmallestGain)) return false;
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+        if (turns[i] != 0) {
+            rotation_vectors[i] = problem.rotation_vector(static_cast<int>(i), turns[i]);
+        }
+    }
+    summary.energy = after;
+    summary.lower_bound = std::min(summary.lower_bound, after);
+    summary.largest_jump = largest_jump(graph, rotation_vectors);
+    return true;
 }
 
 }  // namespace mscomp

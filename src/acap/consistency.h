@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
@@ -25,10 +26,11 @@ ConsistencyGraph consistency_graph(OneRings rings, const std::vector<double>& un
 struct ConsistencySummary {
     double principal_energy = 0;    // all turns 0
     double propagation_energy = 0;  // each vertex nearest to its predecessor from the root
-    double energy = 0;              // the result, never above the two
-    double lower_bound = 0;         // no choice of turns has less; equals energy where proved
-    double largest_jump = 0;        // max |r_i - r_j| of the result, radians
-    bool relaxed = false;           // the relaxed problem had to be solved, too
+    // The relaxed solution, rounded; NaN where the result was proved without it.
+    double relaxation_energy = std::numeric_limits<double>::quiet_NaN();
+    double energy = 0;        // the result, never above the three
+    double lower_bound = 0;   // no choice of turns has less; equals energy where proved
+    double largest_jump = 0;  // max |r_i - r_j| of the result, radians
 };
 
 /// Replaces principal logarithms r = ω θ (V) by ω (θ + 2π t), t integer, so that
@@ -36,5 +38,14 @@ struct ConsistencySummary {
 /// Where θ is below 1e-4 a turn goes around the axis that the neighbours have.
 ConsistencySummary make_consistent(const ConsistencyGraph& graph,
                                    std::vector<Eigen::Vector3d>& rotation_vectors);
+
+/// A further start for a shape of a sequence: the turns that bring each vertex nearest to `start`
+/// (V), the vectors of the shape before or after it, polished. `rotation_vectors` (V) and `summary`
+/// are what `make_consistent` gave, perhaps rounded to float. If that lowers the energy, both are
+/// replaced, the vertices that keep their turn bit for bit; roots never move.
+/// \return whether the energy fell
+bool improve_consistency(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& start,
+                         std::vector<Eigen::Vector3d>& rotation_vectors,
+                         ConsistencySummary& summary);
 
 }  // namespace mscomp

@@ -254,6 +254,40 @@ TEST(Consistency, RelaxationKeepsAConstantField) {
     EXPECT_NEAR(problem.energy(relaxed_turns(problem)), 0, 1e-20);
 }
 
+Field rounded(Field r) {
+    for (Vector3d& v : r) v = v.cast<float>().cast<double>();
+    return r;
+}
+
+// A start that is the answer is taken: from any turns, and never upwards.
+TEST(Consistency, AStartFromTheShapeBeforeIsTakenWhereItIsBetter) {
+    const TriangleMesh mesh = shapes::grid(30, 4);
+    const ConsistencyGraph graph = graph_of(mesh);
+    Field truth, poor;
+    for (const Point& p : mesh.vertices) {
+        truth.push_back((0.5 * p[0] + 0.1 * p[1]) * Vector3d(1, 2, -1).normalized());
+        poor.push_back(truth.back() + (p[0] > 14 ? 2 * kPi : 0) * truth.back().normalized());
+    }
+    poor = rounded(poor);
+    const Field before = poor;
+    ConsistencySummary summary;
+    summary.energy = energy(graph, poor);
+    Field previous = truth;
+    for (Vector3d& v : previous) v *= 0.9;
+    ASSERT_TRUE(improve_consistency(graph, previous, poor, summary));
+    EXPECT_NEAR(summary.energy, energy(graph, truth), 1e-4);
+    EXPECT_NEAR(summary.largest_jump, 0.6, 1e-5);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        ASSERT_LT(largest(poor[i] - truth[i]), 1e-5);
+        if (mesh.vertices[i][0] < 14) {
+            EXPECT_EQ(poor[i], before[i]);
+        }
+    }
+    const Field found = poor;
+    EXPECT_FALSE(improve_consistency(graph, before, poor, summary));
+    EXPECT_EQ(poor, found);
+}
+
 TEST(Consistency, EveryComponentHasItsQuietestVertexAsRoot) {
     TriangleMesh mesh = shapes::icosphere(0);
     for (const Face& f : shapes::icosphere(0).faces)
