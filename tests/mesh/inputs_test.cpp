@@ -89,7 +89,7 @@ TEST_F(ExpandInputs, TakesAFileWhoseNameLooksLikeAPattern) {
 TEST_F(ExpandInputs, RefusesWhatMatchesNothing) {
     EXPECT_THAT(message_of({"f/nowhere.obj"}), HasSubstr("f/nowhere.obj"));
     EXPECT_THAT(message_of({"f/z*.obj"}), HasSubstr("f/z*.obj"));
-    EXPECT_THAT(message_of({"none"}), AllOf(HasSubstr("none"), HasSubstr(".obj or .ply")));
+    EXPECT_THAT(message_of({"none"}), AllOf(HasSubstr("none"), HasSubstr(".obj, .ply or .off")));
     EXPECT_THAT(thrown_message<UsageError>([] { expand_inputs({}); }), HasSubstr("no input"));
 }
 

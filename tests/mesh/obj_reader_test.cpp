@@ -293,7 +293,7 @@ TEST(ReadMesh, ChoosesTheReaderByTheExtension) {
     const TemporaryFolder folder;
     EXPECT_EQ(read_mesh(folder.put("a.OBJ", kPlain)).vertices, kPoints);
     EXPECT_THAT(thrown_message<InputError>([&] { read_mesh(folder.put("a.stl", kPlain)); }),
-                AllOf(HasSubstr("a.stl"), HasSubstr("'.stl'"), HasSubstr(".obj or .ply")));
+                AllOf(HasSubstr("a.stl"), HasSubstr("'.stl'"), HasSubstr(".obj, .ply or .off")));
     EXPECT_THAT(thrown_message<IoError>([&] { read_mesh(folder / "nowhere.obj"); }),
                 HasSubstr("nowhere.obj"));
 }

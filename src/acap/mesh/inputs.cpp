@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <map>
 
+#include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/error.h"
-#include "polygon_mesh.h"
 
 namespace mscomp {
 namespace {
@@ -48,11 +48,12 @@ std::vector<std::string> meshes_in_folder(const std::string& folder) {
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
         const std::string path = entry->path().string();
-        if (has_mesh_extension(path) && !entry->is_directory(error)) files.push_back(path);
+        if (mesh_format(path) && !entry->is_directory(error)) files.push_back(path);
     }
     if (error) throw IoError(folder, "cannot read the folder: " + error.message());
-    if (files.empty())
-        throw UsageError(fmt::format("folder '{}' holds no .obj or .ply file", folder));
+    if (files.empty()) {
+        throw UsageError(fmt::format("folder '{}' holds no {} file", folder, kMeshExtensions));
+    }
     return files;
 }
 

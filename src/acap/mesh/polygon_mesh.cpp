@@ -1,24 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "polygon_mesh.h"
 
-#include <fmt/format.h>
+#include <optional>
 
-#include <algorithm>
-#include <filesystem>
-
+#include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
 namespace {
-
-std::string lower_extension(std::string_view path) {
-    std::string extension = std::filesystem::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-    return extension;
-}
 
 TriangleMesh triangulated(PolygonMesh mesh) {
     TriangleMesh result;
@@ -29,17 +20,19 @@ TriangleMesh triangulated(PolygonMesh mesh) {
 
 }  // namespace
 
-bool has_mesh_extension(std::string_view path) {
-    const std::string extension = lower_extension(path);
-    return extension == ".obj" || extension == ".ply";
-}
-
 PolygonMesh read_polygons(const std::string& path) {
-    const std::string extension = lower_extension(path);
-    if (extension == ".obj") return parse_obj_polygons(read_file(path), path);
-    if (extension == ".ply") return parse_ply_polygons(read_file(path), path);
-    throw InputError({path},
-                     fmt::format("got the extension '{}', expected .obj or .ply", extension));
+    const std::optional<MeshFormat> format = mesh_format(path);
+    if (!format) throw InputError({path}, extension_complaint(path));
+    const std::string text = read_file(path);
+    switch (*format) {
+        case MeshFormat::obj:
+            return parse_obj_polygons(text, path);
+        case MeshFormat::ply:
+            return parse_ply_polygons(text, path);
+        case MeshFormat::off:
+            return parse_off_polygons(text, path);
+    }
+    return {};
 }
 
 std::vector<Face> split_into_triangles(const PolygonMesh& mesh) {
@@ -63,6 +56,10 @@ TriangleMesh parse_obj(std::string_view text, const std::string& path) {
 
 TriangleMesh parse_ply(std::string_view bytes, const std::string& path) {
     return triangulated(parse_ply_polygons(bytes, path));
+}
+
+TriangleMesh parse_off(std::string_view text, const std::string& path) {
+    return triangulated(parse_off_polygons(text, path));
 }
 
 }  // namespace mscomp

@@ -27,13 +27,11 @@ struct PolygonMesh {
 
 PolygonMesh parse_obj_polygons(std::string_view text, const std::string& path);
 PolygonMesh parse_ply_polygons(std::string_view bytes, const std::string& path);
+PolygonMesh parse_off_polygons(std::string_view text, const std::string& path);
 /// Chosen by the extension. Throws IoError or InputError.
 PolygonMesh read_polygons(const std::string& path);
 
 /// Fans from the first corner of every polygon.
 std::vector<Face> split_into_triangles(const PolygonMesh& mesh);
-
-/// True for the extensions read_polygons knows, in any case.
-bool has_mesh_extension(std::string_view path);
 
 }  // namespace mscomp

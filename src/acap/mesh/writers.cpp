@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
 
+#include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
@@ -45,17 +47,35 @@ std::string ply_header(const TriangleMesh& mesh, bool colors, bool quality) {
                        mesh.face_count());
 }
 
+/// Nine digits tell any two floats apart.
+void append_position(std::string& text, const Point& point) {
+    fmt::format_to(std::back_inserter(text), "{:.9g} {:.9g} {:.9g}\n", point[0], point[1],
+                   point[2]);
+}
+
 }  // namespace
 
 void write_obj(const std::string& path, const TriangleMesh& mesh) {
     check_finite(path, mesh);
     std::string text;
     text.reserve(mesh.vertices.size() * 40 + mesh.faces.size() * 24);
-    for (const auto& [x, y, z] : mesh.vertices) {
-        fmt::format_to(std::back_inserter(text), "v {:.9g} {:.9g} {:.9g}\n", x, y, z);
+    for (const Point& point : mesh.vertices) {
+        text += "v ";
+        append_position(text, point);
     }
     for (const auto& [a, b, c] : mesh.faces) {
         fmt::format_to(std::back_inserter(text), "f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    write_file(path, text);
+}
+
+void write_off(const std::string& path, const TriangleMesh& mesh) {
+    check_finite(path, mesh);
+    std::string text = fmt::format("OFF\n{} {} 0\n", mesh.vertex_count(), mesh.face_count());
+    text.reserve(text.size() + mesh.vertices.size() * 40 + mesh.faces.size() * 24);
+    for (const Point& point : mesh.vertices) append_position(text, point);
+    for (const auto& [a, b, c] : mesh.faces) {
+        fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", a, b, c);
     }
     write_file(path, text);
 }
@@ -84,6 +104,19 @@ void write_ply(const std::string& path, const TriangleMesh& mesh,
         for (const int corner : face) append(bytes, corner);
     }
     write_file(path, bytes);
+}
+
+void write_mesh(const std::string& path, const TriangleMesh& mesh) {
+    const std::optional<MeshFormat> format = mesh_format(path);
+    if (!format) throw UsageError(fmt::format("{}: {}", path, extension_complaint(path)));
+    switch (*format) {
+        case MeshFormat::obj:
+            return write_obj(path, mesh);
+        case MeshFormat::ply:
+            return write_ply(path, mesh);
+        case MeshFormat::off:
+            return write_off(path, mesh);
+    }
 }
 
 }  // namespace mscomp

@@ -11,20 +11,24 @@
 
 namespace mscomp {
 
-/// Reads an OBJ or PLY file, chosen by its extension. Vertices keep their number and order: nothing
-/// is merged, dropped or duplicated. Polygons are split into fans from their first corner. Accepts
-/// what is harmless (BOM, CRLF, continuation lines, v/vt/vn, negative indices, extra numbers).
-/// Throws IoError (cannot be read) or InputError with file, line, column, got and wanted (NaN or
-/// infinite coordinates, decimal commas, indices out of range, truncated lines, ...).
+/// Reads an OBJ, PLY or OFF file, chosen by its extension. Vertices keep their number and order:
+/// nothing is merged, dropped or duplicated. Polygons are split into fans from their first corner.
+/// Accepts what is harmless (BOM, CRLF, continuation lines, v/vt/vn, negative indices, extra
+/// numbers). Throws IoError (cannot be read) or InputError with file, line, column, got and wanted
+/// (NaN or infinite coordinates, decimal commas, indices out of range, truncated lines, ...).
 TriangleMesh read_mesh(const std::string& path);
 
 /// The same from text in memory; `path` is only used in messages.
 TriangleMesh parse_obj(std::string_view text, const std::string& path);
 TriangleMesh parse_ply(std::string_view bytes, const std::string& path);
+TriangleMesh parse_off(std::string_view text, const std::string& path);
 
 /// Writes an OBJ (9 significant digits, so float32 positions survive) as one atomic step. Throws
 /// NumericalError if a position is not finite, IoError if it cannot be written.
 void write_obj(const std::string& path, const TriangleMesh& mesh);
+
+/// Likewise an OFF in text form.
+void write_off(const std::string& path, const TriangleMesh& mesh);
 
 struct VertexColor {
     std::uint8_t red = 255, green = 255, blue = 255;
@@ -34,5 +38,8 @@ struct VertexColor {
 /// green blue (V) and float quality (V). Throws as write_obj does.
 void write_ply(const std::string& path, const TriangleMesh& mesh,
                std::span<const VertexColor> colors = {}, std::span<const float> quality = {});
+
+/// Writes an OBJ, PLY or OFF file, chosen by the extension; UsageError for another extension.
+void write_mesh(const std::string& path, const TriangleMesh& mesh);
 
 }  // namespace mscomp

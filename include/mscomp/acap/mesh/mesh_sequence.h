@@ -12,8 +12,9 @@ namespace mscomp {
 /// "frame_2" before "frame_10": runs of digits compare as numbers, the rest byte by byte.
 bool natural_less(std::string_view a, std::string_view b);
 
-/// Files named by `inputs` — files, folders (all their .obj and .ply) or globs (*, ?, [...]) — in
-/// natural order. Throws UsageError when an input matches nothing or two inputs name the same file.
+/// Files named by `inputs` — files, folders (all their .obj, .ply, .off) or globs (*, ?, [...]) —
+/// in natural order. Throws UsageError when an input matches nothing or two inputs name the same
+/// file.
 std::vector<std::string> expand_inputs(const std::vector<std::string>& inputs);
 
 /// Meshes of one connectivity in the order given; N shapes, V vertices, F faces.
