@@ -44,6 +44,14 @@ MappedFile::MappedFile(std::string path) : path_(std::move(path)) {
     bytes_ = {static_cast<const std::byte*>(start), size};
 }
 
+void MappedFile::forget(std::size_t begin, std::size_t end) const {
+    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    begin -= begin % page;
+    end -= end % page;
+    if (begin >= end) return;
+    ::madvise(const_cast<std::byte*>(bytes_.data()) + begin, end - begin, MADV_DONTNEED);
+}
+
 MappedFile::~MappedFile() {
     if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }

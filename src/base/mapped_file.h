@@ -19,6 +19,9 @@ class MappedFile {
     const std::string& path() const { return path_; }
     std::span<const std::byte> bytes() const { return bytes_; }
 
+    /// The pages of bytes [begin, end) need not stay in memory; they come back when they are used.
+    void forget(std::size_t begin, std::size_t end) const;
+
   private:
     std::string path_;
     std::span<const std::byte> bytes_;

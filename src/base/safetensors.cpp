@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <numeric>
+#include <exception>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -15,8 +15,8 @@
 #include <xxhash.h>
 
 #include "mapped_file.h"
-#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/safetensors_pieces.h"
 #include "safetensors_header.h"
 
 namespace mscomp {
@@ -25,14 +25,50 @@ static_assert(std::endian::native == std::endian::little, "files are little-endi
 
 namespace {
 
-/// Largest items first: every tensor then starts at a multiple of its own item size.
-std::vector<std::size_t> aligned_order(const std::vector<std::size_t>& item_sizes) {
-    std::vector<std::size_t> order(item_sizes.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return item_sizes[a] > item_sizes[b]; });
-    return order;
-}
+constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
+
+/// Reads all data of a mapped file once from end to end, without keeping them in memory.
+class DataReading {
+  public:
+    DataReading(const MappedFile& file, const SafetensorsHeader& header, const PieceCheck& check) {
+        XXH3_64bits_reset(&state_);
+        std::vector<std::pair<const std::string*, const SafetensorsHeader::Tensor*>> order;
+        for (const auto& [name, tensor] : header.tensors) order.emplace_back(&name, &tensor);
+        std::sort(order.begin(), order.end(),
+                  [](const auto& a, const auto& b) { return a.second->begin < b.second->begin; });
+        for (const auto& [name, tensor] : order) {
+            for (std::uint64_t at = tensor->begin; at < tensor->end; at += kPieceBytes) {
+                const std::size_t begin = header.data_begin + at;
+                const std::size_t size = std::min<std::size_t>(kPieceBytes, tensor->end - at);
+                const std::span<const std::byte> bytes = file.bytes().subspan(begin, size);
+                XXH3_64bits_update(&state_, bytes.data(), bytes.size());
+                const auto first = (at - tensor->begin) / size_of(tensor->type);
+                if (check && !refusal_) {
+                    show(check, {*name, tensor->type, tensor->shape,
+                                 static_cast<std::int64_t>(first), bytes});
+                }
+                file.forget(begin, begin + size);
+            }
+        }
+    }
+    std::string hash() const { return hash_text(XXH3_64bits_digest(&state_)); }
+    void rethrow_refusal() const {
+        if (refusal_) std::rethrow_exception(refusal_);
+    }
+
+  private:
+    // A file that was damaged shall be called that, whatever else is wrong with it.
+    void show(const PieceCheck& check, const SafetensorsPiece& piece) {
+        try {
+            check(piece);
+        } catch (...) {
+            refusal_ = std::current_exception();
+        }
+    }
+
+    XXH3_state_t state_;
+    std::exception_ptr refusal_;
+};
 
 }  // namespace
 
@@ -69,27 +105,11 @@ void SafetensorsWriter::set_metadata(const std::string& key, std::string value) 
 }
 
 void SafetensorsWriter::write(const std::string& path) const {
-    std::vector<std::size_t> item_sizes;
-    for (const Entry& entry : entries_) item_sizes.push_back(size_of(entry.type));
-    const std::vector<std::size_t> order = aligned_order(item_sizes);
-
-    SafetensorsHeader header;
-    header.metadata = metadata_;
-    XXH3_state_t hash;
-    XXH3_64bits_reset(&hash);
-    std::uint64_t offset = 0;
-    for (const std::size_t i : order) {
-        const Entry& entry = entries_[i];
-        header.tensors[entry.name] = {entry.type, entry.shape, offset, offset + entry.data.size()};
-        offset += entry.data.size();
-        if (!entry.data.empty()) XXH3_64bits_update(&hash, entry.data.data(), entry.data.size());
-    }
-    header.metadata[kHashKey] = fmt::format("{:016x}", XXH3_64bits_digest(&hash));
-
-    AtomicFile file(path);
-    file.write(header_text(header));
-    for (const std::size_t i : order) file.write(entries_[i].data);
-    file.commit();
+    std::vector<SafetensorsPieceWriter::Tensor> tensors;
+    for (const Entry& entry : entries_) tensors.push_back({entry.name, entry.type, entry.shape});
+    SafetensorsPieceWriter writer(path, tensors, metadata_);
+    for (const Entry& entry : entries_) writer.write_bytes(entry.name, entry.type, 0, entry.data);
+    writer.finish();
 }
 
 struct SafetensorsFile::Mapping {
@@ -120,16 +140,21 @@ const SafetensorsFile::Mapping::Place& SafetensorsFile::Mapping::find(
                     known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
 }
 
-SafetensorsFile::SafetensorsFile(const std::string& path)
+SafetensorsFile::SafetensorsFile(const std::string& path, const PieceCheck& check)
     : mapping_(std::make_unique<Mapping>(path)) {
     SafetensorsHeader header = parse_header(mapping_->file.bytes(), path);
-    const std::span<const std::byte> data = mapping_->file.bytes().subspan(header.data_begin);
     const auto hash = header.metadata.find(kHashKey);
-    if (hash != header.metadata.end() && hash->second != hash_of(data)) {
-        throw InputError({path},
-                         "the data do not match their checksum; the file was altered or "
-                         "damaged after it was written");
+    const bool has_hash = hash != header.metadata.end();
+    if (has_hash || check) {
+        DataReading reading(mapping_->file, header, check);
+        if (has_hash && hash->second != reading.hash()) {
+            throw InputError({path},
+                             "the data do not match their checksum; the file was altered or "
+                             "damaged after it was written");
+        }
+        reading.rethrow_refusal();
     }
+    const std::span<const std::byte> data = mapping_->file.bytes().subspan(header.data_begin);
     for (auto& [name, entry] : header.tensors) {
         std::span<const std::byte> raw = data.subspan(entry.begin, entry.end - entry.begin);
         if (reinterpret_cast<std::uintptr_t>(raw.data()) % size_of(entry.type) != 0) {

@@ -224,8 +224,10 @@ void check_no_hole_or_overlap(const SafetensorsHeader& header, std::uint64_t dat
 
 }  // namespace
 
+std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
 std::string hash_of(std::span<const std::byte> bytes) {
-    return fmt::format("{:016x}", XXH3_64bits(bytes.data(), bytes.size()));
+    return hash_text(XXH3_64bits(bytes.data(), bytes.size()));
 }
 
 std::string_view name_of(DataType type) {
@@ -255,7 +257,7 @@ std::optional<std::uint64_t> byte_count(DataType type, const Shape& shape) {
     return bytes;
 }
 
-std::string header_text(const SafetensorsHeader& header) {
+std::string header_text(const SafetensorsHeader& header, std::size_t size) {
     Json json = Json::object();
     json[kMetadataKey] = header.metadata;
     for (const auto& [name, tensor] : header.tensors) {
@@ -266,6 +268,7 @@ std::string header_text(const SafetensorsHeader& header) {
     json = Json::parse(canonical_text(json));
     json[kMetadataKey][kHeaderHashKey] = hash_of_text(canonical_text(json));
     std::string text = canonical_text(json);
+    if (size > kLengthBytes + text.size()) text.resize(size - kLengthBytes, ' ');
     text.append((kLengthBytes - text.size() % kLengthBytes) % kLengthBytes, ' ');
     const std::uint64_t length = text.size();
     std::string bytes(kLengthBytes, '\0');

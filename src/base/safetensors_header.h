@@ -17,6 +17,7 @@ inline constexpr const char* kHashKey = "xxh3";
 inline constexpr const char* kHeaderHashKey = "xxh3_header";
 
 /// As 16 hex digits.
+std::string hash_text(std::uint64_t hash);
 std::string hash_of(std::span<const std::byte> bytes);
 
 /// What stands before the data of a safetensors file.
@@ -38,8 +39,8 @@ std::string shape_text(const Shape& shape);
 /// Product of the shape times the item size; none if a length is negative or the product too large.
 std::optional<std::uint64_t> byte_count(DataType type, const Shape& shape);
 
-/// Length, JSON (with its own hash added) and padding, a multiple of 8 bytes.
-std::string header_text(const SafetensorsHeader& header);
+/// Length, JSON (with its own hash added) and padding, a multiple of 8 bytes and at least `size`.
+std::string header_text(const SafetensorsHeader& header, std::size_t size = 0);
 /// Reads and checks the header of the whole file `bytes`: the tensors lie within the data, fill it
 /// without hole or overlap, their sizes are those of their shapes, and the header's hash is right
 /// where there is one. Throws InputError.

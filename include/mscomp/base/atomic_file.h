@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
-#include <cstdio>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <span>
@@ -32,15 +31,8 @@ class AtomicFile {
     void commit(const Check& check = {});
 
   private:
-    struct Digest;
-    [[noreturn]] void fail(std::string_view doing) const;
-    void close_checked();
-    void compare_with_written() const;
-
-    std::string path_;
-    std::string temporary_;
-    std::FILE* file_ = nullptr;
-    std::unique_ptr<Digest> digest_;
+    struct State;
+    std::unique_ptr<State> state_;
 };
 
 /// Writes `text` to `path` as one atomic step. Throws IoError.

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -71,6 +72,17 @@ class SafetensorsWriter {
     Metadata metadata_;
 };
 
+/// Some consecutive elements of a tensor, which need not be aligned for their type.
+struct SafetensorsPiece {
+    const std::string& name;
+    DataType type;
+    const Shape& shape;  // of the whole tensor
+    std::int64_t first;  // number of the first element
+    std::span<const std::byte> bytes;
+};
+/// Looks at the tensors, piece by piece in the order of the file; throws to refuse it.
+using PieceCheck = std::function<void(const SafetensorsPiece&)>;
+
 /// A safetensors file, memory-mapped and strictly checked: lengths and ranges against the real file
 /// before anything is allocated, no overlap, no holes, known types, overflow-checked shapes, and
 /// both hashes wherever the metadata have them.
@@ -78,7 +90,10 @@ class SafetensorsFile {
   public:
     /// Throws IoError (cannot be read) or InputError (not a sound safetensors file, says what and
     /// where).
-    explicit SafetensorsFile(const std::string& path);
+    explicit SafetensorsFile(const std::string& path) : SafetensorsFile(path, {}) {}
+    /// As above; `check` sees the data while they are read from end to end for the hash. What it
+    /// throws is thrown if the hash is right.
+    SafetensorsFile(const std::string& path, const PieceCheck& check);
     SafetensorsFile(SafetensorsFile&&) noexcept;
     SafetensorsFile& operator=(SafetensorsFile&&) noexcept;
     ~SafetensorsFile();

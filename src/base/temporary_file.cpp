@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "temporary_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "mscomp/base/error.h"
+
+namespace mscomp {
+namespace {
+
+std::string reason(int error_number) { return std::generic_category().message(error_number); }
+
+std::string folder_of(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    return folder.empty() ? "." : folder;
+}
+
+void create_folder(const std::string& folder, const std::string& path) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) {
+        throw IoError(path, fmt::format("cannot create folder '{}': {}", folder, error.message()));
+    }
+}
+
+/// A rename would replace a folder's or a device's entry, which nobody asks for with `-o`.
+void refuse_special_target(const std::string& path) {
+    struct stat info {};
+    if (::stat(path.c_str(), &info) != 0) return;
+    if (S_ISDIR(info.st_mode)) throw IoError(path, "is a folder, cannot write a file there");
+    if (!S_ISREG(info.st_mode)) throw IoError(path, "is not a regular file, will not replace it");
+}
+
+int open_new_beside(const std::string& target, std::string& temporary) {
+    static std::atomic<unsigned> counter{0};
+    for (;;) {
+        // A name may be taken by what a killed program with the same number left.
+        temporary = fmt::format("{}.tmp{}-{}", target, ::getpid(), counter++);
+        const int descriptor =
+            ::open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor >= 0 || errno != EEXIST) return descriptor;
+    }
+}
+
+void sync_folder(const std::string& path) {
+    const int descriptor = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) throw IoError(path, "cannot open its folder: " + reason(errno));
+    const int failed = ::fsync(descriptor) != 0 ? errno : 0;
+    ::close(descriptor);
+    // Some file systems cannot sync folders and say so; there is nothing more to be done then.
+    if (failed != 0 && failed != EINVAL && failed != ENOTSUP) {
+        throw IoError(path, "cannot sync its folder: " + reason(failed));
+    }
+}
+
+}  // namespace
+
+TemporaryFile::TemporaryFile(std::string target) : target_(std::move(target)) {
+    refuse_special_target(target_);
+    create_folder(folder_of(target_), target_);
+    descriptor_ = open_new_beside(target_, path_);
+    if (descriptor_ < 0) throw IoError(target_, "cannot create: " + reason(errno));
+}
+
+TemporaryFile::~TemporaryFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!path_.empty()) ::unlink(path_.c_str());
+}
+
+void TemporaryFile::fail(std::string_view doing) const {
+    throw IoError(target_,
+                  fmt::format("cannot {}: {}; nothing was changed there", doing, reason(errno)));
+}
+
+void TemporaryFile::fail_comparison() const {
+    throw IoError(target_,
+                  "what was read back differs from what was written; the disk or its "
+                  "connection is faulty; nothing was changed there");
+}
+
+void TemporaryFile::reserve(std::uint64_t size) const {
+    if (size == 0) return;
+    const auto length = static_cast<off_t>(size);
+    if (::fallocate(descriptor_, 0, 0, length) == 0) return;
+    // Not every file system can; the room is then claimed as the file is written.
+    if (errno != EOPNOTSUPP && errno != ENOSYS && errno != EINVAL) fail("write");
+    if (::ftruncate(descriptor_, length) != 0) fail("write");
+}
+
+void TemporaryFile::write(std::uint64_t offset, std::span<const std::byte> bytes) const {
+    while (!bytes.empty()) {
+        const ssize_t done =
+            ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (done < 0 && errno == EINTR) continue;
+        if (done <= 0) fail("write");
+        offset += static_cast<std::uint64_t>(done);
+        bytes = bytes.subspan(static_cast<std::size_t>(done));
+    }
+}
+
+std::size_t TemporaryFile::read(std::uint64_t offset, std::span<std::byte> bytes) const {
+    std::size_t count = 0;
+    while (count < bytes.size()) {
+        const ssize_t done = ::pread(descriptor_, bytes.data() + count, bytes.size() - count,
+                                     static_cast<off_t>(offset + count));
+        if (done < 0 && errno == EINTR) continue;
+        if (done < 0) fail("read back");
+        if (done == 0) break;
+        count += static_cast<std::size_t>(done);
+    }
+    return count;
+}
+
+void TemporaryFile::sync() const {
+    if (::fsync(descriptor_) != 0) fail("write to disk");
+}
+
+void TemporaryFile::take_place() {
+    if (::close(std::exchange(descriptor_, -1)) != 0) fail("close");
+    if (std::rename(path_.c_str(), target_.c_str()) != 0) fail("rename the finished file");
+    path_.clear();
+    sync_folder(target_);
+}
+
+}  // namespace mscomp
