@@ -3,11 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <map>
+#include <mutex>
+#include <optional>
 #include <set>
 
+#include "face_comparison.h"
 #include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
@@ -16,34 +17,10 @@
 namespace mscomp {
 namespace {
 
-using Corners = std::vector<int>;
-
-/// The smallest of all rotations, so that faces that differ by their first corner become equal.
-Corners canonical(std::span<const int> face) {
-    Corners best(face.begin(), face.end());
-    Corners turned = best;
-    for (std::size_t i = 1; i < face.size(); ++i) {
-        std::rotate(turned.begin(), turned.begin() + 1, turned.end());
-        best = std::min(best, turned);
-    }
-    return best;
-}
-
 std::string corners_text(std::span<const int> face) {
     std::string text;
     for (const int corner : face) text += fmt::format("{}{}", text.empty() ? "" : " ", corner + 1);
     return "(" + text + ")";
-}
-
-/// Index of the first face of `mesh` that `other` does not have (as often); face_count() if none.
-std::size_t first_face_missing_in(const PolygonMesh& other, const PolygonMesh& mesh) {
-    std::map<Corners, int> available;
-    for (std::size_t i = 0; i < other.face_count(); ++i) ++available[canonical(other.face(i))];
-    for (std::size_t i = 0; i < mesh.face_count(); ++i) {
-        const auto found = available.find(canonical(mesh.face(i)));
-        if (found == available.end() || found->second-- == 0) return i;
-    }
-    return mesh.face_count();
 }
 
 class ReferenceConnectivity {
@@ -58,23 +35,27 @@ class ReferenceConnectivity {
                                                  path_, mesh_.vertices.size()));
         }
         if (mesh.ends == mesh_.ends && mesh.corners == mesh_.corners) return;
-        const std::size_t extra = first_face_missing_in(mesh_, mesh);
-        if (extra < mesh.face_count()) {
+        const SortedFaces faces(mesh);
+        if (const auto extra = faces.first_missing_in(sorted_faces())) {
             throw InputError(
                 {path}, count_text(mesh) + fmt::format("face {} is {}, which {} does not have{}",
-                                                       extra + 1, corners_text(mesh.face(extra)),
-                                                       path_, own_face_text(extra)));
+                                                       *extra + 1, corners_text(mesh.face(*extra)),
+                                                       path_, own_face_text(*extra)));
         }
-        const std::size_t missing = first_face_missing_in(mesh, mesh_);
-        if (missing < mesh_.face_count()) {
+        if (const auto missing = sorted_faces().first_missing_in(faces)) {
             throw InputError(
                 {path}, count_text(mesh) + fmt::format("face {} of {} is {}, which is missing here",
-                                                       missing + 1, path_,
-                                                       corners_text(mesh_.face(missing))));
+                                                       *missing + 1, path_,
+                                                       corners_text(mesh_.face(*missing))));
         }
     }
 
   private:
+    /// Only needed once some file has its faces in another order.
+    const SortedFaces& sorted_faces() const {
+        std::call_once(once_, [&] { sorted_faces_.emplace(mesh_); });
+        return *sorted_faces_;
+    }
     std::string count_text(const PolygonMesh& mesh) const {
         if (mesh.face_count() == mesh_.face_count()) return "other faces than " + path_ + ": ";
         return fmt::format("{} faces, but {} has {}: ", mesh.face_count(), path_,
@@ -87,6 +68,8 @@ class ReferenceConnectivity {
 
     const PolygonMesh& mesh_;
     std::string path_;
+    mutable std::once_flag once_;
+    mutable std::optional<SortedFaces> sorted_faces_;
 };
 
 /// File stems; one that was there before gets "-2", "-3", ..., so that names can name files.

@@ -10,13 +10,18 @@
 #include "mscomp/base/error.h"
 #include "number_text.h"
 #include "polygon_mesh.h"
+#include "text_cursor.h"
 
 namespace mscomp {
 namespace {
 
-constexpr std::array<std::string_view, 16> kSkippedKeywords{
-    "vt", "vn", "vp", "g",      "o",      "s",   "usemtl", "mtllib",
-    "l",  "p",  "mg", "usemap", "maplib", "lod", "bevel",  "shadow_obj"};
+/// They change no vertex and no face; curves and surfaces lie beside the mesh. Not among them:
+/// "call" and "csh", which would bring in other files.
+constexpr std::array<std::string_view, 35> kSkippedKeywords{
+    "vt",   "vn",   "vp",     "g",      "o",     "s",     "usemtl",     "mtllib",    "l",
+    "p",    "mg",   "usemap", "maplib", "lod",   "bevel", "shadow_obj", "trace_obj", "cstype",
+    "deg",  "bmat", "step",   "curv",   "curv2", "surf",  "parm",       "trim",      "hole",
+    "scrv", "sp",   "end",    "con",    "ctech", "stech", "c_interp",   "d_interp"};
 constexpr std::ptrdiff_t kDigitsThatFit = 18;  // a signed number of 64 bits holds any of them
 constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
 
@@ -28,8 +33,7 @@ class ObjReader {
   public:
     ObjReader(std::string_view text, const std::string& path)
         : at_(text.data()), end_(text.data() + text.size()), path_(path) {
-        if (text.empty()) throw InputError({path_}, "the file is empty, expected an OBJ mesh");
-        if (text.starts_with("\xEF\xBB\xBF")) at_ += 3;
+        at_ += text_begin(text, path, "an OBJ mesh");
         line_begin_ = at_;
         // About what a triangle mesh needs: 30 bytes a vertex, 18 a face, two faces a vertex.
         mesh_.vertices.reserve(text.size() / 64);
@@ -74,8 +78,10 @@ class ObjReader {
         const std::string_view keyword = token();
         const auto known = std::find(kSkippedKeywords.begin(), kSkippedKeywords.end(), keyword);
         if (known == kSkippedKeywords.end()) {
-            fail(fmt::format("got the keyword {}, expected v, f or one that is skipped: {}",
-                             quoted(keyword), fmt::join(kSkippedKeywords, " ")));
+            fail(
+                fmt::format("got the keyword {}, expected v, f, vt, vn, g, o, s, usemtl or another "
+                            "one of OBJ",
+                            quoted(keyword)));
         }
         skip_statement();
     }

@@ -10,6 +10,7 @@
 
 #include "mscomp/base/error.h"
 #include "number_text.h"
+#include "text_cursor.h"
 
 namespace mscomp {
 namespace {
@@ -34,10 +35,10 @@ constexpr std::array<std::pair<std::string_view, PlyType>, 16> kTypeNames{
 
 class HeaderReader {
   public:
-    HeaderReader(std::string_view bytes, const std::string& path) : bytes_(bytes), path_(path) {}
+    HeaderReader(std::string_view bytes, const std::string& path)
+        : bytes_(bytes), path_(path), at_(text_begin(bytes, path, "a PLY mesh")) {}
 
     PlyHeader read() {
-        if (bytes_.empty()) throw InputError({path_}, "the file is empty, expected a PLY mesh");
         next_line();
         if (words_ != std::vector<std::string_view>{"ply"}) {
             fail(fmt::format("got {}, expected 'ply' as the first line", quoted(line_text_)));
@@ -172,7 +173,7 @@ class HeaderReader {
     std::string_view line_end_;
     std::string_view line_text_;
     std::vector<std::string_view> words_;
-    std::size_t at_ = 0;
+    std::size_t at_;
     std::int64_t line_ = 0;
     PlyHeader header_;
 };

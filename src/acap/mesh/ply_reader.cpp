@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "mscomp/base/error.h"
+#include "number_text.h"
 #include "ply_header.h"
 #include "ply_rows.h"
 #include "polygon_mesh.h"
@@ -22,12 +23,33 @@ bool is_corner_list(const PlyProperty& property) {
            (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
+std::string element_names(const PlyHeader& header) {
+    std::string names;
+    for (const PlyElement& element : header.elements) {
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", quoted(element.name));
+    }
+    return names.empty() ? "none" : names;
+}
+
 const PlyElement& find_element(const PlyHeader& header, std::string_view name,
                                const std::string& path) {
+    const PlyElement* found = nullptr;
     for (const PlyElement& element : header.elements) {
-        if (element.name == name) return element;
+        if (element.name == "tristrips") {
+            throw InputError({path, element.line},
+                             "got triangle strips ('tristrips'), expected an element 'face'; save "
+                             "the mesh with single faces");
+        }
+        if (element.name != name) continue;
+        if (found != nullptr) {
+            throw InputError({path, element.line},
+                             fmt::format("got a second element '{}', expected one", name));
+        }
+        found = &element;
     }
-    throw InputError({path}, fmt::format("has no element '{}'", name));
+    if (found != nullptr) return *found;
+    throw InputError({path},
+                     fmt::format("has no element '{}', only {}", name, element_names(header)));
 }
 
 /// Which of x, y, z every property of the vertex is, or 3.

@@ -14,8 +14,8 @@
 #include <string_view>
 
 #include "mscomp/base/error.h"
-#include "number_text.h"
 #include "ply_header.h"
+#include "text_cursor.h"
 
 namespace mscomp {
 
@@ -23,82 +23,56 @@ namespace mscomp {
 class PlyTextRows {
   public:
     PlyTextRows(std::string_view bytes, const PlyHeader& header, const std::string& path)
-        : at_(bytes.data() + header.data_begin),
-          end_(bytes.data() + bytes.size()),
-          line_begin_(at_),
-          line_(header.data_line),
-          path_(path) {}
+        : cursor_(bytes, header.data_begin, header.data_line, path) {}
 
     void begin_row(const PlyElement& element, std::int64_t index) {
         skip_blank_lines();
-        if (at_ == end_) {
-            fail(fmt::format("the file ends after {} of {} elements '{}'", index, element.count,
-                             element.name));
+        if (cursor_.at_end()) {
+            cursor_.fail(fmt::format("the file ends after {} of {} elements '{}'", index,
+                                     element.count, element.name));
         }
     }
 
     double value(PlyType type, std::string_view what) {
-        skip_blanks();
-        if (at_line_end()) fail(fmt::format("the line ends before {}", what));
-        const NumberText number = read_number(at_, end_);
-        if (number.kind == NumberText::Kind::none || number.kind == NumberText::Kind::too_large ||
-            !at_token_end(number.end)) {
-            fail(fmt::format("{}: {}", what, number_complaint(token())));
+        cursor_.skip_blanks();
+        if (cursor_.at_line_end()) cursor_.fail(fmt::format("the line ends before {}", what));
+        const std::string_view text = cursor_.token();
+        const double number = cursor_.take_number(what);
+        if (is_integer(type) && std::floor(number) != number) {
+            fail(fmt::format("{}: got {}, expected a whole number", what, quoted(text)));
         }
-        if (is_integer(type) && std::floor(number.value) != number.value) {
-            fail(fmt::format("{}: got {}, expected a whole number", what, quoted(token())));
-        }
-        at_ = number.end;
-        return number.value;
+        return number;
     }
 
     void end_row() {
-        skip_blanks();
-        if (!at_line_end()) {
-            fail(fmt::format("got {} after the last property, expected the end of the line",
-                             quoted(token())));
+        cursor_.skip_blanks();
+        if (!cursor_.at_line_end()) {
+            cursor_.fail(fmt::format("got {} after the last property, expected the end of the line",
+                                     quoted(cursor_.token())));
         }
     }
 
     void end_file() {
         skip_blank_lines();
-        if (at_ != end_) {
-            fail(fmt::format("got {} after the last element, expected the end of the file",
-                             quoted(token())));
+        if (!cursor_.at_end()) {
+            cursor_.fail(fmt::format("got {} after the last element, expected the end of the file",
+                                     quoted(cursor_.token())));
         }
     }
 
-    std::size_t bytes_left() const { return static_cast<std::size_t>(end_ - at_); }
-    [[noreturn]] void fail(std::string_view message) const {
-        throw InputError({path_, line_, at_ - line_begin_ + 1}, message);
-    }
+    std::size_t bytes_left() const { return cursor_.bytes_left(); }
+    /// With the place of the last value.
+    [[noreturn]] void fail(std::string_view message) const { cursor_.fail_taken(message); }
 
   private:
-    bool at_line_end() const { return at_ == end_ || *at_ == '\n' || *at_ == '\r'; }
-    bool at_token_end(const char* at) const {
-        return at == end_ || *at == ' ' || *at == '\t' || *at == '\n' || *at == '\r';
-    }
-    std::string_view token() const {
-        const char* after = at_;
-        while (!at_token_end(after)) ++after;
-        return {at_, static_cast<std::size_t>(after - at_)};
-    }
-    void skip_blanks() {
-        while (at_ != end_ && (*at_ == ' ' || *at_ == '\t')) ++at_;
-    }
     void skip_blank_lines() {
-        for (skip_blanks(); at_ != end_ && at_line_end(); skip_blanks()) {
-            at_ += *at_ == '\r' && at_ + 1 != end_ && at_[1] == '\n' ? 2 : 1;
-            ++line_;
-            line_begin_ = at_;
+        for (cursor_.skip_blanks(); !cursor_.at_end() && cursor_.at_line_end();
+             cursor_.skip_blanks()) {
+            cursor_.next_line();
         }
     }
 
-    const char* at_;
-    const char* end_;
-    const char* line_begin_;
-    std::int64_t line_;
-    const std::string& path_;
+    TextCursor cursor_;
 };
 
 /// Rows of a binary PLY of either byte order; positions in messages are bytes from the file's
@@ -115,6 +89,7 @@ class PlyByteRows {
     }
 
     double value(PlyType type, std::string_view what) {
+        taken_ = at_;
         if (bytes_left() < size_of(type)) {
             fail(fmt::format("the file ends before {}; it may be truncated", what));
         }
@@ -152,9 +127,10 @@ class PlyByteRows {
     }
 
     std::size_t bytes_left() const { return bytes_.size() - at_; }
+    /// With the place of the last value.
     [[noreturn]] void fail(std::string_view message) const {
         throw InputError({path_}, fmt::format("{} {} of {} (byte {}): {}", element_->name,
-                                              index_ + 1, element_->count, at_ + 1, message));
+                                              index_ + 1, element_->count, taken_ + 1, message));
     }
 
   private:
@@ -169,6 +145,7 @@ class PlyByteRows {
 
     std::string_view bytes_;
     std::size_t at_;
+    std::size_t taken_ = 0;  // where the last value started
     const std::string& path_;
     const PlyElement* element_ = nullptr;
     std::int64_t index_ = 0;

@@ -3,9 +3,9 @@
 
 #include <optional>
 
+#include "file_bytes.h"
 #include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_io.h"
-#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
@@ -23,14 +23,14 @@ TriangleMesh triangulated(PolygonMesh mesh) {
 PolygonMesh read_polygons(const std::string& path) {
     const std::optional<MeshFormat> format = mesh_format(path);
     if (!format) throw InputError({path}, extension_complaint(path));
-    const std::string text = read_file(path);
+    const FileBytes file(path);
     switch (*format) {
         case MeshFormat::obj:
-            return parse_obj_polygons(text, path);
+            return parse_obj_polygons(file.bytes(), path);
         case MeshFormat::ply:
-            return parse_ply_polygons(text, path);
+            return parse_ply_polygons(file.bytes(), path);
         case MeshFormat::off:
-            return parse_off_polygons(text, path);
+            return parse_off_polygons(file.bytes(), path);
     }
     return {};
 }
