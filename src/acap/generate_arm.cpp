@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "generate_motion.h"
 #include "limb.h"
 #include "mscomp/acap/generate.h"
-#include "mscomp/acap/mesh/mesh_io.h"
-#include "mscomp/base/atomic_file.h"
-#include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/base/random.h"
-#include "mscomp/base/safetensors.h"
 
 namespace mscomp {
 namespace {
@@ -132,32 +125,6 @@ std::vector<Eigen::Isometry3d> ring_frames(const Limb& limb, const std::vector<d
     return frames;
 }
 
-/// (N,K) weights: component k swings at a frequency of its own over the frames after the first,
-/// which makes all of them orthogonal; the coarse ones take the slow half.
-std::vector<float> draw_weights(int frames, std::uint64_t seed) {
-    const std::size_t coarse = turns().size(), count = coarse + swellings().size();
-    const std::vector<int> slow = CounterRandom(seed, 0).permutation(static_cast<int>(coarse));
-    const std::vector<int> fast =
-        CounterRandom(seed, 1).permutation(static_cast<int>(count - coarse));
-    const CounterRandom phases(seed, 2);
-    std::vector<float> weights(static_cast<std::size_t>(frames) * count, 0.0F);
-    for (std::size_t k = 0; k < count; ++k) {
-        const bool is_turn = k < coarse;
-        const int frequency =
-            is_turn ? 1 + slow[k] : 1 + static_cast<int>(coarse) + fast[k - coarse];
-        const double lowest =
-            is_turn ? turns()[k].lowest_weight : (swellings()[k - coarse].waves > 0 ? -1.0 : 0.0);
-        // A whole frame is hit by the crest, so that every component reaches its full weight.
-        const double crest = std::floor(phases.uniform(k) * (frames - 1));
-        for (int n = 1; n < frames; ++n) {
-            const double angle = 2 * kPi * frequency * (n - 1 - crest) / (frames - 1);
-            weights[static_cast<std::size_t>(n) * count + k] =
-                static_cast<float>(lowest + (1 - lowest) * 0.5 * (1 + std::cos(angle)));
-        }
-    }
-    return weights;
-}
-
 std::vector<Point> pose(const Limb& limb, const std::vector<std::vector<double>>& windows,
                         const float* weights) {
     std::vector<double> angles;
@@ -183,67 +150,33 @@ std::vector<Point> pose(const Limb& limb, const std::vector<std::vector<double>>
 }  // namespace
 
 GeneratedSequence generate_arm(int frames, std::uint64_t seed, int vertices) {
-    if (frames < 2) throw UsageError(fmt::format("arm: {} frames, wanted at least 2", frames));
-    if (vertices < 100) {
-        throw UsageError(fmt::format("arm: {} vertices, wanted at least 100", vertices));
-    }
+    require_size("arm", frames, vertices);
     const Limb limb = limb_with_vertices(vertices);
-    GeneratedSequence result;
+    std::vector<Mover> movers;
+    for (const Turn& turn : turns()) movers.push_back({turn.name, 0, turn.lowest_weight});
+    for (const Swelling& swelling : swellings()) {
+        movers.push_back({swelling.name, 1, swelling.waves > 0 ? -1.0 : 0.0});
+    }
+    GeneratedSequence result = still_sequence(movers, frames, seed);
     for (const Turn& turn : turns()) {
-        result.component_names.emplace_back(turn.name);
-        result.scales.push_back(0);
         for (const Point& p : limb.mesh.vertices) {
             result.supports.push_back(static_cast<float>(turn.share(p[2])));
         }
     }
     std::vector<std::vector<double>> windows;
     for (const Swelling& swelling : swellings()) {
-        result.component_names.emplace_back(swelling.name);
-        result.scales.push_back(1);
         windows.push_back(window_of(limb, swelling));
         for (const double value : windows.back()) {
             result.supports.push_back(static_cast<float>(value));
         }
     }
-    result.weights = draw_weights(frames, seed);
     result.sequence.faces = limb.mesh.faces;
-    result.sequence.shapes.resize(static_cast<std::size_t>(frames));
-    for (int n = 0; n < frames; ++n) result.sequence.names.push_back(fmt::format("frame_{:04}", n));
     parallel_for(frames, [&](std::int64_t n) {
         const auto at = static_cast<std::size_t>(n);
         result.sequence.shapes[at] =
             pose(limb, windows, result.weights.data() + at * result.component_names.size());
     });
     return result;
-}
-
-void write_generated(const GeneratedSequence& generated, const std::string& folder) {
-    const MeshSequence& sequence = generated.sequence;
-    parallel_for(sequence.shape_count(), [&](std::int64_t n) {
-        const auto at = static_cast<std::size_t>(n);
-        write_obj(fmt::format("{}/{}.obj", folder, sequence.names[at]),
-                  {sequence.shapes[at], sequence.faces});
-    });
-    const std::size_t count = generated.component_names.size();
-    nlohmann::json truth;
-    truth["names"] = generated.component_names;
-    truth["scales"] = generated.scales;
-    truth["frames"] = sequence.names;
-    truth["weights"] = nlohmann::json::array();
-    for (std::size_t n = 0; n < sequence.names.size(); ++n) {
-        const auto row = generated.weights.begin() + static_cast<std::ptrdiff_t>(n * count);
-        truth["weights"].push_back(
-            std::vector<float>(row, row + static_cast<std::ptrdiff_t>(count)));
-    }
-    write_file(folder + "/truth.json", truth.dump(1) + "\n");
-
-    SafetensorsWriter writer;
-    writer.add<float>(
-        "supports",
-        {generated.component_count(), static_cast<std::int64_t>(sequence.vertex_count())},
-        generated.supports);
-    writer.set_metadata("names", nlohmann::json(generated.component_names).dump());
-    writer.write(folder + "/truth_supports.safetensors");
 }
 
 }  // namespace mscomp

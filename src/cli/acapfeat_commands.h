@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,9 +64,9 @@ void run_convert(const ConvertCommand& options);
 struct GenerateCommand {
     std::string name;
     std::string output;
-    int frames = 60;
+    std::optional<int> frames, vertices;  // those of the generator where not given
     std::uint64_t seed = 0;
-    int vertices = 3000;
+    std::optional<double> turns, tilt, noise, thickness;  // of `twist` alone
     CommonOptions common;
 };
 void setup_generate(CLI::App& app);

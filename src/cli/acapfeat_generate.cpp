@@ -2,28 +2,117 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "acapfeat_commands.h"
 #include "mscomp/acap/generate.h"
+#include "mscomp/base/error.h"
 #include "mscomp/cli/outputs.h"
 
 namespace mscomp {
+namespace {
+
+/// An option that only some generators take.
+struct OwnOption {
+    const char* name;
+    std::optional<double> GenerateCommand::*value;
+    double TwistOptions::*target;
+    const char* description;
+};
+
+const std::vector<OwnOption>& own_options() {
+    static const std::vector<OwnOption> all{
+        {"--turns", &GenerateCommand::turns, &TwistOptions::turns, "Turns of the far end"},
+        {"--tilt", &GenerateCommand::tilt, &TwistOptions::tilt,
+         "Degrees by which the axis leans over along the bar"},
+        {"--noise", &GenerateCommand::noise, &TwistOptions::noise,
+         "Standard deviation of the positions, relative to the mean edge length"},
+        {"--thickness", &GenerateCommand::thickness, &TwistOptions::thickness,
+         "Radius, relative to the spacing of the rings"}};
+    return all;
+}
+
+TwistOptions twist_options(const GenerateCommand& options) {
+    TwistOptions twist;
+    for (const OwnOption& own : own_options()) {
+        twist.*own.target = (options.*own.value).value_or(twist.*own.target);
+    }
+    return twist;
+}
+
+struct Generator {
+    const char* name;
+    const char* description;
+    int frames, vertices;  // unless asked for others
+    bool has_own_options;
+    GeneratedSequence (*make)(int frames, int vertices, const GenerateCommand& options);
+};
+
+const std::vector<Generator>& generators() {
+    static const std::vector<Generator> all{
+        {"arm", "a limb that bends and twists, with bulges and ripples", 60, 3000, false,
+         [](int frames, int vertices, const GenerateCommand& options) {
+             return generate_arm(frames, options.seed, vertices);
+         }},
+        {"twist", "a slender bar twisted by several turns", 60, 1000, true,
+         [](int frames, int vertices, const GenerateCommand& options) {
+             return generate_twist(frames, options.seed, vertices, twist_options(options));
+         }}};
+    return all;
+}
+
+/// One number per generator: "arm 60, twist 60".
+std::string defaults_of(int Generator::*number) {
+    std::string text;
+    for (const Generator& each : generators()) {
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", each.name, each.*number);
+    }
+    return text;
+}
+
+void refuse_foreign_options(const Generator& generator, const GenerateCommand& options) {
+    if (generator.has_own_options) return;
+    for (const OwnOption& own : own_options()) {
+        if (!(options.*own.value)) continue;
+        for (const Generator& other : generators()) {
+            if (other.has_own_options) {
+                throw UsageError(fmt::format("{} is an option of 'generate {}', got 'generate {}'",
+                                             own.name, other.name, generator.name));
+            }
+        }
+    }
+}
+
+}  // namespace
 
 void setup_generate(CLI::App& app) {
     const auto options = std::make_shared<GenerateCommand>();
     CLI::App* command =
         app.add_subcommand("generate", "A built-in sequence whose true components are known");
-    command->add_option("NAME", options->name, "Which sequence: arm")
+    std::vector<std::string> names;
+    std::string descriptions;
+    for (const Generator& each : generators()) {
+        names.emplace_back(each.name);
+        descriptions +=
+            fmt::format("{}{}: {}", descriptions.empty() ? "" : "; ", each.name, each.description);
+    }
+    command->add_option("NAME", options->name, descriptions)
         ->required()
-        ->check(CLI::IsMember({"arm"}));
+        ->check(CLI::IsMember(names));
     command->add_option("-o,--output", options->output, "Folder to write it to")->required();
-    command
-        ->add_option("--frames", options->frames, "Number of shapes, the undeformed one included")
+    command->add_option(
+        "--frames", options->frames,
+        "Number of shapes, the undeformed one included [" + defaults_of(&Generator::frames) + "]");
+    command->add_option("--seed", options->seed, "Which motion, or which noise")
         ->capture_default_str();
-    command->add_option("--seed", options->seed, "Which motion")->capture_default_str();
-    command->add_option("--vertices", options->vertices, "Vertices at least")
-        ->capture_default_str();
+    command->add_option("--vertices", options->vertices,
+                        "Vertices at least [" + defaults_of(&Generator::vertices) + "]");
+    const TwistOptions defaults;
+    for (const OwnOption& own : own_options()) {
+        command->add_option(own.name, (*options).*own.value,
+                            fmt::format("{} [twist {}]", own.description, defaults.*own.target));
+    }
     add_force(*command, options->common);
     add_quiet(*command, options->common);
     add_threads(*command, options->common);
@@ -32,10 +121,19 @@ void setup_generate(CLI::App& app) {
 }
 
 void run_generate(const GenerateCommand& options) {
+    const auto generator = std::ranges::find_if(
+        generators(), [&](const Generator& each) { return options.name == each.name; });
+    if (generator == generators().end()) {
+        throw UsageError(fmt::format("there is no generator named {}", options.name));
+    }
+    refuse_foreign_options(*generator, options);
     require_free_folder(options.output, options.common.force);
-    write_generated(generate_arm(options.frames, options.seed, options.vertices), options.output);
-    fmt::print("{}: {} shapes of {} and what they are made of\n", options.output, options.frames,
-               options.name);
+    const GeneratedSequence generated =
+        generator->make(options.frames.value_or(generator->frames),
+                        options.vertices.value_or(generator->vertices), options);
+    write_generated(generated, options.output);
+    fmt::print("{}: {} shapes of {} and what they are made of\n", options.output,
+               generated.sequence.shape_count(), options.name);
 }
 
 }  // namespace mscomp
