@@ -9,6 +9,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/random.h"
 
 namespace mscomp {
 namespace {
@@ -90,6 +91,42 @@ TEST_F(ReadSequence, RefusesAnotherFaceCount) {
 TEST_F(ReadSequence, CountsRepeatedFaces) {
     EXPECT_THAT(refusal("f 1 2 3\nf 1 2 3\nf 1 3 4\n", "f 1 2 3\nf 1 3 4\nf 1 3 4\n"),
                 HasSubstr("face 3 is (1 3 4)"));
+}
+
+// Comparing all starts of such a face with each other would take 10^10 steps.
+TEST_F(ReadSequence, ComparesFacesOfVeryManyCornersQuickly) {
+    std::string ones;
+    for (int i = 0; i < 100000; ++i) ones += " 1";
+    const MeshSequence sequence = read("f" + ones + " 2 3\n", "f 2 3" + ones + "\n");
+    EXPECT_EQ(sequence.faces.size(), 100000u);
+    const std::string message = refusal("f" + ones + " 2 3\n", "f 3 2" + ones + "\n");
+    EXPECT_THAT(message, HasSubstr("face 1 is (3 2 1 1 1"));
+    EXPECT_LT(message.size(), 400u);
+}
+
+// Every order of the faces and every starting corner is the same connectivity; swapping two corners
+// of any face, or having one twice in place of another, is not.
+TEST_F(ReadSequence, ComparesManyFacesInAnyOrder) {
+    const CounterRandom random(5, 0);
+    const int count = 400;
+    std::string plain, shuffled;
+    const auto line = [](int a, int b, int c) {
+        return "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " +
+               std::to_string(c + 1) + "\n";
+    };
+    std::vector<std::array<int, 3>> corners;
+    for (int i = 0; i < count; ++i) {
+        const auto bits = static_cast<int>(random.bits(static_cast<std::uint64_t>(i)) % 125);
+        corners.push_back({bits % 5, bits / 5 % 5, bits / 25});
+        plain += line(corners.back()[0], corners.back()[1], corners.back()[2]);
+    }
+    for (const int i : random.permutation(count)) {
+        const auto [a, b, c] = corners[static_cast<std::size_t>(i)];
+        shuffled += i % 3 == 0 ? line(a, b, c) : i % 3 == 1 ? line(b, c, a) : line(c, a, b);
+    }
+    EXPECT_EQ(read(plain, shuffled).faces.size(), 400u);
+    EXPECT_THAT(refusal(plain + "f 1 2 2\nf 3 4 5\n", shuffled + "f 1 2 2\nf 3 5 4\n"),
+                HasSubstr("face 402 is (3 5 4)"));
 }
 
 TEST_F(ReadSequence, RefusesAQuadInPlaceOfItsTriangles) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <mutex>
 #include <optional>
@@ -18,9 +19,12 @@ namespace mscomp {
 namespace {
 
 std::string corners_text(std::span<const int> face) {
+    constexpr std::size_t longest = 12;
     std::string text;
-    for (const int corner : face) text += fmt::format("{}{}", text.empty() ? "" : " ", corner + 1);
-    return "(" + text + ")";
+    for (const int corner : face.first(std::min(face.size(), longest))) {
+        text += fmt::format("{}{}", text.empty() ? "" : " ", corner + 1);
+    }
+    return "(" + text + (face.size() > longest ? " ...)" : ")");
 }
 
 class ReferenceConnectivity {

@@ -56,6 +56,7 @@ class ObjReader {
   private:
     struct ForwardReference {
         std::int64_t index, line, column;
+        std::string_view text;
     };
 
     void read_statement() {
@@ -174,6 +175,7 @@ class ObjReader {
         const char* at = at_;
         std::int64_t index = 0;
         if (!read_integer(at, index)) fail_corner();
+        const std::string_view first_part(at_, static_cast<std::size_t>(at - at_));
         for (int part = 0; part < 2 && at != end_ && *at == '/'; ++part) {
             ++at;
             std::int64_t unused = 0;
@@ -182,18 +184,18 @@ class ObjReader {
             }
         }
         if (!at_token_end(at)) fail_corner();
-        const int vertex = vertex_of(index);
+        const int vertex = vertex_of(index, first_part);
         at_ = at;
         return vertex;
     }
 
     /// Counts from 1, or back from the last vertex read so far where negative.
-    int vertex_of(std::int64_t index) {
+    int vertex_of(std::int64_t index, std::string_view text) {
         const auto known = static_cast<std::int64_t>(mesh_.vertices.size());
         if (index > known) {
             // The first one beyond the end of the list is larger than all before it.
             if (forward_.empty() || index > forward_.back().index) {
-                forward_.push_back({index, line_, at_ - line_begin_ + 1});
+                forward_.push_back({index, line_, at_ - line_begin_ + 1, text});
             }
             return static_cast<int>(std::min<std::int64_t>(index, std::numeric_limits<int>::max()) -
                                     1);
@@ -201,7 +203,7 @@ class ObjReader {
         if (index > 0) return static_cast<int>(index - 1);
         if (index == 0) fail("face refers to vertex 0, expected 1 or more (or negative numbers)");
         if (index < -known) {
-            fail(fmt::format("face refers to vertex {}, only {} vertices stand before it", index,
+            fail(fmt::format("face refers to vertex {}, only {} vertices stand before it", text,
                              known));
         }
         return static_cast<int>(known + index);
@@ -211,9 +213,11 @@ class ObjReader {
         const char* digits = at;
         const bool negative = digits != end_ && *digits == '-';
         if (negative) ++digits;
+        const char* const first = digits;
+        while (digits != end_ && *digits == '0') ++digits;
         std::uint64_t size = 0;
         const std::ptrdiff_t count = detail::read_digits(digits, end_, size);
-        if (count == 0) return false;
+        if (digits == first) return false;
         // Beyond any vertex count.
         constexpr std::int64_t huge = 999'999'999'999'999'999;
         value = count > kDigitsThatFit ? huge : static_cast<std::int64_t>(size);
@@ -239,7 +243,7 @@ class ObjReader {
             if (reference.index > static_cast<std::int64_t>(mesh_.vertices.size())) {
                 throw InputError({path_, reference.line, reference.column},
                                  fmt::format("face refers to vertex {}, the file has {}",
-                                             reference.index, mesh_.vertices.size()));
+                                             reference.text, mesh_.vertices.size()));
             }
         }
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -15,7 +16,8 @@
 namespace mscomp {
 namespace {
 
-constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
+constexpr std::array<std::string_view, 3> kCoordinates{"vertex coordinate x", "vertex coordinate y",
+                                                       "vertex coordinate z"};
 constexpr std::string_view kKind = "an OFF mesh";
 
 /// One vertex or face per line; blank lines and comments may stand between.
@@ -94,7 +96,8 @@ class OffReader {
         }
         const std::int64_t count = whole_number(fmt::format("number of {}", what));
         if (count < 1 || count > std::numeric_limits<int>::max()) {
-            cursor_.fail_taken(fmt::format("got {:.0f} {}, expected 1 to 2^31 - 1", taken_, what));
+            cursor_.fail_taken(
+                fmt::format("got {} {}, expected 1 to 2^31 - 1", cursor_.taken(), what));
         }
         return count;
     }
@@ -118,11 +121,10 @@ class OffReader {
                 cursor_.fail(fmt::format("the vertex ends after {} coordinate{}, expected 3", axis,
                                          axis == 1 ? "" : "s"));
             }
-            const double value = cursor_.take_number(kCoordinateNames[axis]);
+            const double value = cursor_.take_number(kCoordinates[axis]);
             if (!std::isfinite(value)) {
                 cursor_.fail_taken(
-                    fmt::format("vertex coordinate {}: got {}, expected a finite number",
-                                kCoordinateNames[axis], value));
+                    fmt::format("{}: {}", kCoordinates[axis], number_complaint(cursor_.taken())));
             }
             point[axis] = value;
         }
@@ -143,7 +145,8 @@ class OffReader {
         begin_row("faces", index, face_count_);
         const std::int64_t count = whole_number("number of corners");
         if (count < 3) {
-            cursor_.fail_taken(fmt::format("the face has {} corners, expected at least 3", count));
+            cursor_.fail_taken(
+                fmt::format("got a face with {} corners, expected at least 3", count));
         }
         for (std::int64_t i = 0; i < count; ++i) {
             cursor_.skip_blanks();
@@ -153,8 +156,8 @@ class OffReader {
             const std::int64_t corner = whole_number("face corner");
             if (corner < 0 || corner >= vertex_count_) {
                 cursor_.fail_taken(
-                    fmt::format("face refers to vertex {:.0f}, the file has {} (0 to {})", taken_,
-                                vertex_count_, vertex_count_ - 1));
+                    fmt::format("face refers to vertex {}, the file has {} (0 to {})",
+                                cursor_.taken(), vertex_count_, vertex_count_ - 1));
             }
             mesh_.corners.push_back(static_cast<int>(corner));
         }
@@ -172,21 +175,15 @@ class OffReader {
         return count;
     }
 
-    /// The whole number here; what does not fit 64 bits becomes the largest or smallest of them.
+    /// The whole number here; what does not fit becomes the largest or smallest that does.
     std::int64_t whole_number(std::string_view what) {
-        const std::string_view text = cursor_.token();
         const double value = cursor_.take_number(what);
-        if (!(std::floor(value) == value) || text.find_first_not_of("+-0123456789") != text.npos) {
+        if (cursor_.taken().find_first_not_of("+-0123456789") != std::string_view::npos) {
             cursor_.fail_taken(
-                fmt::format("{}: got {}, expected a whole number", what, quoted(text)));
+                fmt::format("{}: got {}, expected a whole number", what, quoted(cursor_.taken())));
         }
-        taken_ = value;
-        constexpr double limit = 9e18;
-        if (!(std::abs(value) < limit)) {
-            return value < 0 ? std::numeric_limits<std::int64_t>::min()
-                             : std::numeric_limits<std::int64_t>::max();
-        }
-        return static_cast<std::int64_t>(value);
+        constexpr double limit = 9e15;  // up to there doubles are exact
+        return static_cast<std::int64_t>(std::clamp(value, -limit, limit));
     }
 
     void begin_row(std::string_view what, std::int64_t index, std::int64_t count) {
@@ -215,7 +212,6 @@ class OffReader {
     PolygonMesh mesh_;
     std::int64_t vertex_count_ = 0, face_count_ = 0;
     std::optional<int> extra_numbers_;  // behind the coordinates of the first vertex
-    double taken_ = 0;                  // by whole_number
 };
 
 }  // namespace

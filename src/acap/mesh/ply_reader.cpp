@@ -16,7 +16,9 @@
 namespace mscomp {
 namespace {
 
-constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
+constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+constexpr std::array<std::string_view, 3> kCoordinates{"vertex coordinate x", "vertex coordinate y",
+                                                       "vertex coordinate z"};
 
 bool is_corner_list(const PlyProperty& property) {
     return property.count_type.has_value() &&
@@ -59,14 +61,14 @@ std::vector<std::size_t> axes_of(const PlyElement& vertex, const std::string& pa
         std::size_t found = 0;
         for (std::size_t i = 0; i < axes.size(); ++i) {
             const PlyProperty& property = vertex.properties[i];
-            if (property.name != kCoordinateNames[axis] || property.count_type) continue;
+            if (property.name != kAxes[axis] || property.count_type) continue;
             axes[i] = axis;
             ++found;
         }
         if (found != 1) {
             throw InputError({path, vertex.line},
                              fmt::format("got {} properties '{}' of the vertex, expected one",
-                                         found, kCoordinateNames[axis]));
+                                         found, kAxes[axis]));
         }
     }
     return axes;
@@ -135,10 +137,10 @@ class PlyReader {
                 skip(property);
                 continue;
             }
-            const double value = rows_.value(property.type, kCoordinateNames[axes[i]]);
+            const double value = rows_.value(property.type, kCoordinates[axes[i]]);
             if (!std::isfinite(value)) {
-                rows_.fail(fmt::format("vertex coordinate {}: got {}, expected a finite number",
-                                       property.name, value));
+                rows_.fail(fmt::format("{}: got '{}', expected a finite number",
+                                       kCoordinates[axes[i]], value));
             }
             point[axes[i]] = value;
         }

@@ -36,10 +36,9 @@ class PlyTextRows {
     double value(PlyType type, std::string_view what) {
         cursor_.skip_blanks();
         if (cursor_.at_line_end()) cursor_.fail(fmt::format("the line ends before {}", what));
-        const std::string_view text = cursor_.token();
         const double number = cursor_.take_number(what);
         if (is_integer(type) && std::floor(number) != number) {
-            fail(fmt::format("{}: got {}, expected a whole number", what, quoted(text)));
+            fail(fmt::format("{}: got {}, expected a whole number", what, quoted(cursor_.taken())));
         }
         return number;
     }

@@ -61,6 +61,9 @@ class TextCursor {
         return number.value;
     }
 
+    /// The text of the number taken last.
+    std::string_view taken() const { return {taken_, static_cast<std::size_t>(at_ - taken_)}; }
+
     /// Throws InputError with the place of the token here, or of the number taken last.
     [[noreturn]] void fail(std::string_view message) const { fail_at(at_, message); }
     [[noreturn]] void fail_taken(std::string_view message) const { fail_at(taken_, message); }
