@@ -9,121 +9,56 @@
 
 #include "consistency.h"
 #include "deformation_gradient.h"
-#include "mscomp/acap/alignment.h"
+#include "feature_format.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
-#include "polar.h"
-#include "rotation.h"
+#include "neighbor_starts.h"
+#include "shape_extraction.h"
 
 namespace mscomp {
 namespace {
 
-/// What one shape brings before its logarithms are made consistent.
-struct ShapeResult {
-    std::vector<Eigen::Vector3d> logarithms;  // (V) principal
+struct ShapeOddities {
     Occurrences zero_area_faces, folded_rings, mirrored;
 };
 
-/// Tells the caller, one call at a time, how many of the shapes are done; each takes two steps.
+/// Tells the caller, one call at a time, how many of the shapes are done.
 class Progress {
   public:
-    Progress(const std::function<void(int, int)>& report, int total)
-        : report_(report), total_(total) {}
+    Progress(const ExtractProgress& report, int total) : report_(report), total_(total) {}
 
+    /// A shape was read, got its turns, or was compared with its neighbours.
     void step() {
         if (!report_) return;
         const std::lock_guard<std::mutex> lock(mutex_);
-        ++steps_;
-        if (steps_ % 2 == 0) report_(steps_ / 2, total_);
+        // Shapes may be compared again, which nobody can know beforehand.
+        if (steps_ < kStepsPerShape * total_) ++steps_;
+        report_(steps_ / kStepsPerShape, total_);
     }
 
   private:
-    const std::function<void(int, int)>& report_;
+    static constexpr int kStepsPerShape = 3;
+
+    const ExtractProgress& report_;
     int total_;
     int steps_ = 0;
     std::mutex mutex_;
 };
 
-void check_sizes(const MeshSequence& sequence, const std::vector<Point>& reference) {
-    for (std::size_t n = 0; n < sequence.shapes.size(); ++n) {
-        if (sequence.shapes[n].size() == reference.size()) continue;
-        throw MeshError(fmt::format("shape '{}' has {} vertices, the reference has {}",
-                                    sequence.names[n], sequence.shapes[n].size(),
-                                    reference.size()));
-    }
-    for (const Face& face : sequence.faces) {
+void check_size(std::string_view name, std::size_t vertices, const std::vector<Point>& reference) {
+    if (vertices == reference.size()) return;
+    throw MeshError(fmt::format("shape '{}' has {} vertices, the reference has {}", name, vertices,
+                                reference.size()));
+}
+
+void check_faces(const ShapeSource& source, const std::vector<Point>& reference) {
+    for (const Face& face : source.faces()) {
         for (const int corner : face) {
             if (corner >= 0 && corner < static_cast<int>(reference.size())) continue;
             throw MeshError(fmt::format("a face refers to vertex {}, the reference has {}", corner,
                                         reference.size()));
         }
     }
-}
-
-void store_stretch(const Eigen::Matrix3d& stretch, float* feature) {
-    constexpr std::array<std::array<int, 2>, 6> kEntries{
-        {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
-    for (std::size_t k = 0; k < kEntries.size(); ++k) {
-        feature[kRotationDim + k] = static_cast<float>(stretch(kEntries[k][0], kEntries[k][1]));
-    }
-}
-
-float* shape_features(FeatureSet& set, std::size_t shape) {
-    return set.features.data() + shape * set.reference.vertices.size() * kFeatureDim;
-}
-
-/// Aligns shape n, stores its vertices, motion and S; returns its principal logarithms.
-ShapeResult extract_shape(const DeformationGradients& gradients, const std::vector<Point>& input,
-                          bool align, std::size_t n, FeatureSet& set) {
-    const RigidMotion motion =
-        align ? best_rigid_motion(input, set.reference.vertices) : RigidMotion{};
-    const std::vector<Point> shape = align ? moved(input, motion) : input;
-    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    Eigen::Map<RowMajor>(set.rotation[n].data()) = motion.rotation;
-    Eigen::Map<Eigen::Vector3d>(set.translation[n].data()) = motion.translation;
-
-    float* positions = set.vertices.data() + n * shape.size() * 3;
-    for (const Point& point : shape) {
-        for (const double coordinate : point) *positions++ = static_cast<float>(coordinate);
-    }
-    const DeformationGradients::Result deformed = gradients.compute(shape);
-    ShapeResult result;
-    result.zero_area_faces = deformed.zero_area_faces;
-    result.folded_rings = deformed.folded_rings;
-    result.logarithms.resize(shape.size());
-    float* features = shape_features(set, n);
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-        const PolarDecomposition polar = polar_decomposition(deformed.gradients[i]);
-        if (polar.mirrored) result.mirrored.add(static_cast<int>(i));
-        result.logarithms[i] = rotation_log(polar.rotation);
-        store_stretch(polar.stretch, features + i * kFeatureDim);
-    }
-    return result;
-}
-
-void make_shape_consistent(const ConsistencyGraph& graph, ShapeResult& shape, std::size_t n,
-                           FeatureSet& set) {
-    const ConsistencySummary summary = make_consistent(graph, shape.logarithms);
-    set.consistency_energy[n] = summary.energy;
-    set.consistency_gap[n] = summary.energy - summary.lower_bound;
-    set.largest_jump[n] = summary.largest_jump;
-    float* features = shape_features(set, n);
-    for (std::size_t i = 0; i < shape.logarithms.size(); ++i) {
-        for (int axis = 0; axis < kRotationDim; ++axis) {
-            features[i * kFeatureDim + static_cast<std::size_t>(axis)] =
-                static_cast<float>(shape.logarithms[i][axis]);
-        }
-    }
-}
-
-/// Root mean square rotation angle of every vertex over the shapes: how little it turns.
-std::vector<double> unrest(const std::vector<ShapeResult>& shapes, std::size_t vertex_count) {
-    std::vector<double> sum(vertex_count, 0.0);
-    for (const ShapeResult& shape : shapes) {
-        for (std::size_t i = 0; i < vertex_count; ++i) sum[i] += shape.logarithms[i].squaredNorm();
-    }
-    for (double& value : sum) value = std::sqrt(value / static_cast<double>(shapes.size()));
-    return sum;
 }
 
 void warn_of_reference(const DeformationGradients& gradients, std::vector<std::string>& warnings) {
@@ -141,8 +76,8 @@ void warn_of_reference(const DeformationGradients& gradients, std::vector<std::s
 }
 
 /// One sentence for all shapes together: totals, and where it happened first.
-void warn_of_shapes(const std::vector<ShapeResult>& shapes, const FeatureSet& set,
-                    Occurrences ShapeResult::*member, const char* what, const char* kind,
+void warn_of_shapes(const std::vector<ShapeOddities>& shapes, const FeatureSet& set,
+                    Occurrences ShapeOddities::*member, const char* what, const char* kind,
                     std::vector<std::string>& warnings) {
     std::int64_t total = 0;
     Occurrences affected;
@@ -158,54 +93,161 @@ void warn_of_shapes(const std::vector<ShapeResult>& shapes, const FeatureSet& se
                                    (shapes[first].*member).first, set.names[first]));
 }
 
-FeatureSet empty_set(const MeshSequence& sequence, const std::vector<Point>& reference,
-                     EdgeWeights weights) {
-    FeatureSet set;
-    const std::size_t shapes = sequence.shapes.size(), vertices = reference.size();
-    set.names = sequence.names;
-    set.reference = {reference, sequence.faces};
-    set.weights = to_string(weights);
-    set.features.resize(shapes * vertices * kFeatureDim);
-    set.vertices.resize(shapes * vertices * 3);
-    set.rotation.resize(shapes);
-    set.translation.resize(shapes);
-    set.consistency_energy.resize(shapes);
-    set.consistency_gap.resize(shapes);
-    set.largest_jump.resize(shapes);
-    return set;
-}
+/// The work on one set. Memory is what the shared part takes and one shape per thread, whatever N:
+/// rows wait in `rows`, as float32, for the turns that only the whole set can tell. That rounding
+/// is relative to each component of r, so it keeps the axes of small rotations, too.
+class Extraction {
+  public:
+    Extraction(const ShapeSource& source, const ExtractOptions& options, FeatureSet& set,
+               FeatureRows& rows, Progress& progress)
+        : source_(source),
+          align_(options.align),
+          set_(set),
+          rows_(rows),
+          progress_(progress),
+          gradients_(set.reference, options.weights),
+          oddities_(set.names.size()),
+          summaries_(set.names.size()) {}
+
+    void run() {
+        const ConsistencyGraph graph = consistency_graph(gradients_.rings(), extract_shapes());
+        parallel_for(set_.shape_count(), [&](std::int64_t index) {
+            choose_turns(graph, static_cast<int>(index));
+            progress_.step();
+        });
+        improve_from_neighbors(graph, rows_, summaries_, [&] { progress_.step(); });
+        store_summaries();
+        warn();
+    }
+
+  private:
+    /// Principal logarithms and S of all shapes. Returns the root mean square rotation angle of
+    /// every vertex over the shapes: how little it turns.
+    std::vector<double> extract_shapes() {
+        const auto vertex_count = set_.reference.vertices.size();
+        std::vector<double> sum(vertex_count, 0.0);
+        // Added in the order of the shapes, so the size of the chunks changes no bit.
+        const Chunks chunks{set_.shape_count(), 8 * static_cast<std::int64_t>(thread_count())};
+        std::vector<std::vector<double>> squares(static_cast<std::size_t>(chunks.size));
+        for (std::int64_t chunk = 0; chunk < chunks.count(); ++chunk) {
+            const std::int64_t begin = chunks.begin(chunk), count = chunks.end(chunk) - begin;
+            parallel_for(count, [&](std::int64_t i) {
+                squares[static_cast<std::size_t>(i)] = extract(static_cast<int>(begin + i));
+                progress_.step();
+            });
+            for (std::int64_t i = 0; i < count; ++i) {
+                const std::vector<double>& shape = squares[static_cast<std::size_t>(i)];
+                for (std::size_t v = 0; v < vertex_count; ++v) sum[v] += shape[v];
+            }
+        }
+        for (double& value : sum) value = std::sqrt(value / static_cast<double>(chunks.total));
+        return sum;
+    }
+
+    /// Returns the squared rotation angle of every vertex.
+    std::vector<double> extract(int index) {
+        const auto n = static_cast<std::size_t>(index);
+        const std::vector<Point> input = source_.shape(index);
+        check_size(set_.names[n], input.size(), set_.reference.vertices);
+        const ExtractedShape shape =
+            extract_shape(gradients_, set_.reference.vertices, input, align_);
+        using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+        Eigen::Map<RowMajor>(set_.rotation[n].data()) = shape.motion.rotation;
+        Eigen::Map<Eigen::Vector3d>(set_.translation[n].data()) = shape.motion.translation;
+        oddities_[n] = {shape.zero_area_faces, shape.folded_rings, shape.mirrored};
+        rows_.put_vertices(index, shape.vertices);
+        rows_.put_features(index, shape.features);
+        std::vector<double> squares;
+        squares.reserve(input.size());
+        for (const Eigen::Vector3d& r : rotation_vectors_of(shape.features)) {
+            squares.push_back(r.squaredNorm());
+        }
+        return squares;
+    }
+
+    void choose_turns(const ConsistencyGraph& graph, int index) {
+        std::vector<float> row(set_.reference.vertices.size() * kFeatureDim);
+        rows_.get_features(index, row);
+        std::vector<Eigen::Vector3d> rotation_vectors = rotation_vectors_of(row);
+        summaries_[static_cast<std::size_t>(index)] = make_consistent(graph, rotation_vectors);
+        store_rotation_vectors(rotation_vectors, row);
+        rows_.put_features(index, row);
+    }
+
+    void store_summaries() {
+        for (std::size_t n = 0; n < summaries_.size(); ++n) {
+            const ConsistencySummary& summary = summaries_[n];
+            set_.principal_energy[n] = summary.principal_energy;
+            set_.propagation_energy[n] = summary.propagation_energy;
+            set_.relaxation_energy[n] = summary.relaxation_energy;
+            set_.consistency_energy[n] = summary.energy;
+            set_.consistency_gap[n] = summary.energy - summary.lower_bound;
+            set_.largest_jump[n] = summary.largest_jump;
+        }
+    }
+
+    void warn() {
+        warn_of_reference(gradients_, set_.warnings);
+        warn_of_shapes(oddities_, set_, &ShapeOddities::zero_area_faces, "faces without area",
+                       "face", set_.warnings);
+        warn_of_shapes(oddities_, set_, &ShapeOddities::folded_rings, "rings whose normals cancel",
+                       "vertex", set_.warnings);
+        warn_of_shapes(oddities_, set_, &ShapeOddities::mirrored,
+                       "vertices are mirrored (det T < 0: S has a negative eigenvalue)", "vertex",
+                       set_.warnings);
+    }
+
+    const ShapeSource& source_;
+    bool align_;
+    FeatureSet& set_;
+    FeatureRows& rows_;
+    Progress& progress_;
+    DeformationGradients gradients_;
+    std::vector<ShapeOddities> oddities_;        // (N)
+    std::vector<ConsistencySummary> summaries_;  // (N)
+};
 
 }  // namespace
 
-FeatureSet extract_features(const MeshSequence& sequence, const std::vector<Point>& reference,
-                            const ExtractOptions& options,
-                            const std::function<void(int done, int total)>& progress) {
-    check_sizes(sequence, reference);
-    FeatureSet set = empty_set(sequence, reference, options.weights);
-    const DeformationGradients gradients(set.reference, options.weights);
-    std::vector<ShapeResult> shapes(sequence.shapes.size());
-    Progress steps(progress, sequence.shape_count());
-    parallel_for(sequence.shape_count(), [&](std::int64_t index) {
-        const auto n = static_cast<std::size_t>(index);
-        shapes[n] = extract_shape(gradients, sequence.shapes[n], options.align, n, set);
-        steps.step();
-    });
-    const ConsistencyGraph graph =
-        consistency_graph(gradients.rings(), unrest(shapes, reference.size()));
-    parallel_for(sequence.shape_count(), [&](std::int64_t index) {
-        const auto n = static_cast<std::size_t>(index);
-        make_shape_consistent(graph, shapes[n], n, set);
-        steps.step();
-    });
-    warn_of_reference(gradients, set.warnings);
-    warn_of_shapes(shapes, set, &ShapeResult::zero_area_faces, "faces without area", "face",
-                   set.warnings);
-    warn_of_shapes(shapes, set, &ShapeResult::folded_rings, "rings whose normals cancel", "vertex",
-                   set.warnings);
-    warn_of_shapes(shapes, set, &ShapeResult::mirrored,
-                   "vertices are mirrored (det T < 0: S has a negative eigenvalue)", "vertex",
-                   set.warnings);
+FeatureSet feature_outline(const ShapeSource& source, const std::vector<Point>& reference,
+                           const ExtractOptions& options) {
+    FeatureSet set;
+    set.names = source.names();
+    set.reference = {reference, source.faces()};
+    set.weights = to_string(options.weights);
+    set.rotation.resize(set.names.size());
+    set.translation.resize(set.names.size());
+    for (const PerShapeNumber& number : kPerShapeNumbers) {
+        (set.*number.member).resize(set.names.size());
+    }
     return set;
+}
+
+FeatureSet extract_features(const ShapeSource& source, const std::vector<Point>& reference,
+                            const ExtractOptions& options, FeatureRows& rows,
+                            const ExtractProgress& progress) {
+    if (source.shape_count() > 0) {
+        check_size(source.names()[0], static_cast<std::size_t>(source.vertex_count()), reference);
+    }
+    check_faces(source, reference);
+    FeatureSet set = feature_outline(source, reference, options);
+    Progress steps(progress, source.shape_count());
+    Extraction(source, options, set, rows, steps).run();
+    return set;
+}
+
+FeatureSet extract_features(const MeshSequence& sequence, const std::vector<Point>& reference,
+                            const ExtractOptions& options, const ExtractProgress& progress) {
+    const auto values = sequence.shapes.size() * reference.size();
+    FeatureSet set;
+    set.features.resize(values * kFeatureDim);
+    set.vertices.resize(values * 3);
+    MemoryRows rows(set);
+    FeatureSet result =
+        extract_features(SequenceSource(sequence), reference, options, rows, progress);
+    result.features = std::move(set.features);
+    result.vertices = std::move(set.vertices);
+    return result;
 }
 
 }  // namespace mscomp

@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
+#include <utility>
 
+#include "feature_format.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/safetensors.h"
 
@@ -19,91 +18,59 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr const char* kFormatVersion = "1";
-constexpr const char* kLayout = "rx ry rz s11 s12 s13 s22 s23 s33";
+[[noreturn]] void fail(const std::string& path, std::string_view message) {
+    throw InputError({path}, message);
+}
 
-/// "[2, 17, 4] is nan" for the first value that is not finite.
-template <class T>
-std::optional<std::string> first_non_finite(std::span<const T> values, const Shape& shape) {
-    const auto found =
-        std::find_if(values.begin(), values.end(), [](T x) { return !std::isfinite(x); });
-    if (found == values.end()) return std::nullopt;
-    auto rest = static_cast<std::int64_t>(found - values.begin());
-    std::string index;
-    for (std::size_t axis = shape.size(); axis-- > 0;) {
-        index = fmt::format("{}{}{}", rest % shape[axis], index.empty() ? "" : ", ", index);
-        rest /= shape[axis];
+/// Refuses numbers that are not finite in the tensors that are used.
+void check_finite(const std::string& path, const SafetensorsPiece& piece) {
+    const auto per_shape =
+        std::find_if(kPerShapeNumbers.begin(), kPerShapeNumbers.end(),
+                     [&](const auto& known) { return known.name == piece.name; });
+    const bool is_per_shape = per_shape != kPerShapeNumbers.end();
+    constexpr std::array<std::string_view, 5> kRequired{"features", "vertices", "reference",
+                                                        "rotation", "translation"};
+    if (!is_per_shape &&
+        std::find(kRequired.begin(), kRequired.end(), piece.name) == kRequired.end()) {
+        return;
     }
-    return fmt::format("[{}] is {}", index, static_cast<double>(*found));
+    std::optional<std::string> place;
+    if (piece.type == DataType::f32) {
+        place = first_non_finite<float>(piece.bytes, piece.first, piece.shape);
+    } else if (piece.type == DataType::f64) {
+        place = first_non_finite<double>(piece.bytes, piece.first, piece.shape,
+                                         is_per_shape && per_shape->may_be_nan);
+    }
+    if (place) fail(path, fmt::format("{}{}, wanted a finite number", piece.name, *place));
 }
 
-/// The numbers of a vector of fixed-size arrays, one after the other.
-template <class T, std::size_t kSize>
-std::span<const T> flat(const std::vector<std::array<T, kSize>>& rows) {
-    static_assert(sizeof(std::array<T, kSize>) == kSize * sizeof(T));
-    return {reinterpret_cast<const T*>(rows.data()), rows.size() * kSize};
-}
-
-template <class T, std::size_t kSize>
-std::vector<std::array<T, kSize>> rows_of(std::span<const T> numbers) {
-    std::vector<std::array<T, kSize>> rows(numbers.size() / kSize);
-    if (!rows.empty()) std::memcpy(rows.data(), numbers.data(), numbers.size_bytes());
-    return rows;
-}
-
-std::string json_list(const std::vector<std::string>& texts) {
-    // File names need not be UTF-8, JSON must be.
-    return Json(texts).dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-class FeatureWriter {
+/// Everything but the rows.
+class OutlineReader {
   public:
-    explicit FeatureWriter(const std::string& path) : path_(path) {}
-
-    template <class T>
-    void add_finite(const std::string& name, Shape shape, std::span<const T> data) {
-        writer_.add(name, shape, data);
-        if (const auto place = first_non_finite(data, shape)) {
-            throw NumericalError(fmt::format("{}: {}{}; nothing was written", path_, name, *place));
-        }
-    }
-    void add_if_any(const std::string& name, std::int64_t count, const std::vector<double>& data) {
-        if (!data.empty()) add_finite(name, {count}, std::span<const double>(data));
-    }
-    SafetensorsWriter& raw() { return writer_; }
-    void write() const { writer_.write(path_); }
-
-  private:
-    std::string path_;
-    SafetensorsWriter writer_;
-};
-
-class FeatureReader {
-  public:
-    explicit FeatureReader(const std::string& path) : file_(path) {}
+    explicit OutlineReader(const SafetensorsFile& file) : file_(file) {}
 
     FeatureSet read() {
         check_metadata();
-        const Shape& shape = file_.shape("features");
-        const auto features = finite<float>("features", {-1, -1, kFeatureDim});
-        count_ = shape[0];
-        vertex_count_ = shape[1];
-        if (count_ == 0 || vertex_count_ == 0 || vertex_count_ > std::numeric_limits<int>::max()) {
+        file_.data<float>("features", {-1, -1, kFeatureDim});
+        count_ = file_.shape("features")[0];
+        vertex_count_ = file_.shape("features")[1];
+        constexpr std::int64_t kMost = std::numeric_limits<int>::max();
+        if (count_ == 0 || vertex_count_ == 0 || count_ > kMost || vertex_count_ > kMost) {
             fail(fmt::format("features of {} shapes with {} vertices, wanted at least one of each",
                              count_, vertex_count_));
         }
-        const auto vertices = finite<float>("vertices", {count_, vertex_count_, 3});
+        file_.data<float>("vertices", {count_, vertex_count_, 3});
         FeatureSet set;
-        set.features.assign(features.begin(), features.end());
-        set.vertices.assign(vertices.begin(), vertices.end());
         set.reference.vertices =
-            rows_of<double, 3>(finite<double>("reference", {vertex_count_, 3}));
+            rows_of<double, 3>(file_.data<double>("reference", {vertex_count_, 3}));
         set.reference.faces = read_faces();
-        set.rotation = rows_of<double, 9>(finite<double>("rotation", {count_, 3, 3}));
-        set.translation = rows_of<double, 3>(finite<double>("translation", {count_, 3}));
-        set.consistency_energy = read_per_shape("consistency_energy");
-        set.consistency_gap = read_per_shape("consistency_gap");
-        set.largest_jump = read_per_shape("largest_jump");
+        set.rotation = rows_of<double, 9>(file_.data<double>("rotation", {count_, 3, 3}));
+        set.translation = rows_of<double, 3>(file_.data<double>("translation", {count_, 3}));
+        for (const PerShapeNumber& number : kPerShapeNumbers) {
+            if (!file_.contains(number.name)) continue;
+            const std::span<const double> data = file_.data<double>(number.name, {count_});
+            (set.*number.member).assign(data.begin(), data.end());
+        }
         set.weights = metadata("weights").value_or("cotangent");
         set.names = read_names();
         set.warnings = read_list("warnings").value_or(std::vector<std::string>{});
@@ -112,14 +79,14 @@ class FeatureReader {
 
   private:
     void check_metadata() const {
-        const std::string version = metadata("format_version").value_or(kFormatVersion);
-        if (version != kFormatVersion) {
+        const std::string version = metadata("format_version").value_or(kFeatureFormatVersion);
+        if (version != kFeatureFormatVersion) {
             fail(fmt::format("format version '{}', this program reads '{}'", version,
-                             kFormatVersion));
+                             kFeatureFormatVersion));
         }
-        const std::string layout = metadata("layout").value_or(kLayout);
-        if (layout != kLayout) {
-            fail(fmt::format("features in the layout '{}', wanted '{}'", layout, kLayout));
+        const std::string layout = metadata("layout").value_or(kFeatureLayout);
+        if (layout != kFeatureLayout) {
+            fail(fmt::format("features in the layout '{}', wanted '{}'", layout, kFeatureLayout));
         }
         const std::string weights = metadata("weights").value_or("cotangent");
         if (weights != "cotangent" && weights != "authors" && weights != "uniform") {
@@ -128,21 +95,6 @@ class FeatureReader {
                             "uniform",
                             weights));
         }
-    }
-
-    template <class T>
-    std::span<const T> finite(const std::string& name, const Shape& shape) const {
-        const std::span<const T> data = file_.data<T>(name, shape);
-        if (const auto place = first_non_finite(data, file_.shape(name))) {
-            fail(fmt::format("{}{}, wanted a finite number", name, *place));
-        }
-        return data;
-    }
-
-    std::vector<double> read_per_shape(const std::string& name) const {
-        if (!file_.contains(name)) return {};
-        const auto data = finite<double>(name, {count_});
-        return {data.begin(), data.end()};
     }
 
     std::vector<Face> read_faces() const {
@@ -185,39 +137,58 @@ class FeatureReader {
         return found->second;
     }
 
-    [[noreturn]] void fail(std::string_view message) const {
-        throw InputError({file_.path()}, message);
-    }
+    [[noreturn]] void fail(std::string_view message) const { mscomp::fail(file_.path(), message); }
 
-    SafetensorsFile file_;
+    const SafetensorsFile& file_;
     std::int64_t count_ = 0;
     std::int64_t vertex_count_ = 0;
 };
 
 }  // namespace
 
-void write_features(const std::string& path, const FeatureSet& set) {
-    const std::int64_t count = set.shape_count(), vertices = set.vertex_count();
-    FeatureWriter writer(path);
-    writer.add_finite("features", {count, vertices, kFeatureDim},
-                      std::span<const float>(set.features));
-    writer.add_finite("vertices", {count, vertices, 3}, std::span<const float>(set.vertices));
-    writer.add_finite("reference", {vertices, 3}, flat(set.reference.vertices));
-    writer.add_finite("rotation", {count, 3, 3}, flat(set.rotation));
-    writer.add_finite("translation", {count, 3}, flat(set.translation));
-    writer.raw().add("faces", {set.reference.face_count(), 3}, flat(set.reference.faces));
-    writer.add_if_any("consistency_energy", count, set.consistency_energy);
-    writer.add_if_any("consistency_gap", count, set.consistency_gap);
-    writer.add_if_any("largest_jump", count, set.largest_jump);
-    writer.raw().set_metadata("format_version", kFormatVersion);
-    writer.raw().set_metadata("layout", kLayout);
-    writer.raw().set_metadata("weights", set.weights);
-    writer.raw().set_metadata("source", "acapfeat extract");
-    writer.raw().set_metadata("names", json_list(set.names));
-    writer.raw().set_metadata("warnings", json_list(set.warnings));
-    writer.write();
+struct FeatureFile::State {
+    explicit State(const std::string& path)
+        : file(path, [&path](const SafetensorsPiece& piece) { check_finite(path, piece); }),
+          outline(OutlineReader(file).read()),
+          features(file.data<float>("features", {-1, -1, kFeatureDim})),
+          vertices(file.data<float>("vertices", {-1, -1, 3})) {}
+
+    std::span<const float> row(std::span<const float> all, int index) const {
+        const std::size_t width = all.size() / outline.names.size();
+        return all.subspan(static_cast<std::size_t>(index) * width, width);
+    }
+
+    SafetensorsFile file;
+    FeatureSet outline;
+    std::span<const float> features, vertices;
+};
+
+FeatureFile::FeatureFile(const std::string& path) : state_(std::make_unique<State>(path)) {}
+FeatureFile::FeatureFile(FeatureFile&&) noexcept = default;
+FeatureFile& FeatureFile::operator=(FeatureFile&&) noexcept = default;
+FeatureFile::~FeatureFile() = default;
+
+const std::string& FeatureFile::path() const { return state_->file.path(); }
+const FeatureSet& FeatureFile::outline() const { return state_->outline; }
+std::span<const float> FeatureFile::shape(int index) const {
+    return state_->row(state_->features, index);
+}
+std::span<const float> FeatureFile::vertices(int index) const {
+    return state_->row(state_->vertices, index);
 }
 
-FeatureSet read_features(const std::string& path) { return FeatureReader(path).read(); }
+FeatureSet read_features(const std::string& path) {
+    const FeatureFile file(path);
+    FeatureSet set = file.outline();
+    const auto count = static_cast<std::size_t>(file.shape_count());
+    set.features.reserve(count * file.shape(0).size());
+    set.vertices.reserve(count * file.vertices(0).size());
+    for (int n = 0; n < file.shape_count(); ++n) {
+        const std::span<const float> features = file.shape(n), vertices = file.vertices(n);
+        set.features.insert(set.features.end(), features.begin(), features.end());
+        set.vertices.insert(set.vertices.end(), vertices.begin(), vertices.end());
+    }
+    return set;
+}
 
 }  // namespace mscomp

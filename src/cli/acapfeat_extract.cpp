@@ -8,12 +8,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "acapfeat_commands.h"
 #include "mesh_inputs.h"
 #include "mscomp/acap/extract.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/error.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
@@ -22,33 +25,66 @@
 namespace mscomp {
 namespace {
 
-struct Input {
-    MeshSequence sequence;
-    std::vector<Point> reference;
+/// All shapes of mesh files but the last, which is there as the reference.
+class AllButTheLast final : public ShapeSource {
+  public:
+    explicit AllButTheLast(const MeshFiles& files)
+        : files_(files), names_(files.names().begin(), files.names().end() - 1) {}
+
+    const std::vector<std::string>& names() const override { return names_; }
+    const std::vector<Face>& faces() const override { return files_.faces(); }
+    int vertex_count() const override { return files_.vertex_count(); }
+    std::vector<Point> shape(int index) const override { return files_.shape(index); }
+
+  private:
+    const MeshFiles& files_;
+    std::vector<std::string> names_;
 };
 
-Input read_input(const ExtractCommand& options) {
-    std::vector<std::string> paths = mesh_paths(options.inputs, options.list);
-    const std::string& text = options.reference;
+std::optional<std::size_t> index_in(const std::string& text) {
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
-    if (error == std::errc{} && end == text.data() + text.size()) {
-        if (index >= paths.size()) {
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return index;
+}
+
+FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& reference,
+                           const ExtractCommand& options) {
+    const ExtractOptions extraction{parse_edge_weights(options.weights), options.align};
+    FeatureFileWriter file(options.output, feature_outline(shapes, reference, extraction));
+    const auto stop_if_interrupted = [] {
+        throw_if_interrupted("interrupted; nothing was written");
+    };
+    Progress progress("extract", shapes.shape_count(), progress_options(options.common.quiet));
+    FeatureSet set = extract_features(shapes, reference, extraction, file, [&](int done, int) {
+        stop_if_interrupted();
+        progress.update(done);
+    });
+    const SurfaceConnectivity connectivity =
+        analyze_connectivity(set.vertex_count(), set.reference.faces);
+    set.warnings.insert(set.warnings.begin(), connectivity.report.warnings.begin(),
+                        connectivity.report.warnings.end());
+    stop_if_interrupted();
+    file.finish(set);
+    return set;
+}
+
+FeatureSet extract(const ExtractCommand& options) {
+    std::vector<std::string> paths = mesh_paths(options.inputs, options.list);
+    if (const std::optional<std::size_t> index = index_in(options.reference)) {
+        if (*index >= paths.size()) {
             throw UsageError(fmt::format("--reference: got {}, but there are {} shapes, from 0 on",
-                                         index, paths.size()));
+                                         *index, paths.size()));
         }
-        Input input{read_sequence(paths), {}};
-        input.reference = input.sequence.shapes[index];
-        return input;
+        const MeshFiles files(std::move(paths));
+        return extract_to_file(files, files.shape(static_cast<int>(*index)), options);
     }
-    // Read along with the sequence, the reference has to have the same connectivity; read as its
+    // Read along with the shapes, the reference has to have the same connectivity; named as the
     // last, it takes no name away from a shape.
-    paths.push_back(text);
-    Input input{read_sequence(paths), {}};
-    input.reference = std::move(input.sequence.shapes.back());
-    input.sequence.shapes.pop_back();
-    input.sequence.names.pop_back();
-    return input;
+    paths.push_back(options.reference);
+    const MeshFiles files(std::move(paths));
+    const AllButTheLast shapes(files);
+    return extract_to_file(shapes, files.shape(shapes.shape_count()), options);
 }
 
 void print_summary(const FeatureSet& set, const ExtractCommand& options) {
@@ -57,20 +93,24 @@ void print_summary(const FeatureSet& set, const ExtractCommand& options) {
     const double jump = set.largest_jump.empty()
                             ? 0.0
                             : *std::max_element(set.largest_jump.begin(), set.largest_jump.end());
+    int proved = 0;
+    for (int n = 0; n < set.shape_count(); ++n) proved += set.is_proved(n) ? 1 : 0;
     if (options.common.json) {
         const nlohmann::ordered_json summary{
             {"file", options.output},         {"shapes", set.shape_count()},
             {"vertices", set.vertex_count()}, {"faces", set.reference.face_count()},
             {"weights", set.weights},         {"aligned", options.align},
-            {"consistency_energy", energy},   {"largest_jump", jump},
-            {"warnings", set.warnings}};
+            {"consistency_energy", energy},   {"proved", proved},
+            {"largest_jump", jump},           {"warnings", set.warnings}};
         fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
         return;
     }
     fmt::print("{}: {} shapes, {} vertices, {} faces\n", options.output, set.shape_count(),
                set.vertex_count(), set.reference.face_count());
-    fmt::print("consistency energy {:.6g} in all, largest jump across an edge {:.4g} rad\n", energy,
-               jump);
+    fmt::print(
+        "consistency energy {:.6g} in all, proved least for {} of {} shapes; largest jump across "
+        "an edge {:.4g} rad\n",
+        energy, proved, set.shape_count(), jump);
     if (options.common.quiet) return;
     for (const std::string& warning : set.warnings) {
         fmt::print(stderr, "acapfeat: warning: {}\n", warning);
@@ -108,23 +148,7 @@ void setup_extract(CLI::App& app) {
 
 void run_extract(const ExtractCommand& options) {
     require_free_file(options.output, options.common.force);
-    const ExtractOptions extraction{parse_edge_weights(options.weights), options.align};
-    const Input input = read_input(options);
-    const std::string_view interrupted_message = "interrupted; nothing was written";
-    throw_if_interrupted(interrupted_message);
-    Progress progress("extract", input.sequence.shape_count(),
-                      progress_options(options.common.quiet));
-    FeatureSet set =
-        extract_features(input.sequence, input.reference, extraction, [&](int done, int) {
-            throw_if_interrupted(interrupted_message);
-            progress.update(done);
-        });
-    const SurfaceConnectivity connectivity =
-        analyze_connectivity(set.vertex_count(), set.reference.faces);
-    set.warnings.insert(set.warnings.begin(), connectivity.report.warnings.begin(),
-                        connectivity.report.warnings.end());
-    write_features(options.output, set);
-    print_summary(set, options);
+    print_summary(extract(options), options);
 }
 
 }  // namespace mscomp

@@ -7,10 +7,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <span>
+#include <vector>
 
 #include "acapfeat_commands.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/feature_scaler.h"
+#include "mscomp/base/parallel.h"
 
 namespace mscomp {
 namespace {
@@ -21,11 +24,42 @@ constexpr std::array<const char*, kFeatureDim> kChannelNames{"r_x", "r_y", "r_z"
                                                              "S13", "S22", "S23", "S33"};
 constexpr std::size_t kJumpsShown = 5;
 
-// Smallest and largest r, smallest and largest entry of S, over all shapes.
-std::vector<FeatureExtreme> extremes_of(const FeatureSet& set) {
-    std::vector<int> all(static_cast<std::size_t>(set.shape_count()));
-    std::iota(all.begin(), all.end(), 0);
-    return FeatureScaler::fit(set, all, FeatureCenter::minmax).extremes;
+// Smallest and largest r, smallest and largest entry of S.
+struct Extremes {
+    FeatureExtreme lowest_rotation, highest_rotation, lowest_stretch, highest_stretch;
+
+    void add(const FeatureExtreme& found) {
+        const bool is_rotation = found.channel < kRotationDim;
+        FeatureExtreme& lowest = is_rotation ? lowest_rotation : lowest_stretch;
+        FeatureExtreme& highest = is_rotation ? highest_rotation : highest_stretch;
+        if (lowest.shape < 0 || found.value < lowest.value) lowest = found;
+        if (highest.shape < 0 || found.value > highest.value) highest = found;
+    }
+};
+
+Extremes extremes_of_shape(const FeatureFile& file, int shape) {
+    Extremes extremes;
+    const std::span<const float> values = file.shape(shape);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        extremes.add({values[k], shape, static_cast<int>(k / kFeatureDim),
+                      static_cast<int>(k % kFeatureDim)});
+    }
+    return extremes;
+}
+
+Extremes extremes_of(const FeatureFile& file) {
+    std::vector<Extremes> shapes(static_cast<std::size_t>(file.shape_count()));
+    parallel_for(file.shape_count(), [&](std::int64_t n) {
+        shapes[static_cast<std::size_t>(n)] = extremes_of_shape(file, static_cast<int>(n));
+    });
+    Extremes all;
+    for (const Extremes& shape : shapes) {
+        for (const FeatureExtreme& extreme : {shape.lowest_rotation, shape.highest_rotation,
+                                              shape.lowest_stretch, shape.highest_stretch}) {
+            all.add(extreme);
+        }
+    }
+    return all;
 }
 
 // The shapes with the largest jumps, largest first.
@@ -58,47 +92,67 @@ double total_of(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-void print_json(const FeatureSet& set, const std::string& path) {
-    Json info{{"file", path},
+int proved_count(const FeatureSet& set) {
+    int count = 0;
+    for (int n = 0; n < set.shape_count(); ++n) count += set.is_proved(n) ? 1 : 0;
+    return count;
+}
+
+void print_json(const FeatureFile& file) {
+    const FeatureSet& set = file.outline();
+    Json info{{"file", file.path()},
               {"shapes", set.shape_count()},
               {"vertices", set.vertex_count()},
               {"faces", set.reference.face_count()},
               {"weights", set.weights}};
-    const std::vector<FeatureExtreme> extremes = extremes_of(set);
-    info["rotation_vector"] = {{"lowest", to_json(set, extremes[0])},
-                               {"highest", to_json(set, extremes[1])}};
-    info["stretch"] = {{"lowest", to_json(set, extremes[2])},
-                       {"highest", to_json(set, extremes[3])}};
+    const Extremes extremes = extremes_of(file);
+    info["rotation_vector"] = {{"lowest", to_json(set, extremes.lowest_rotation)},
+                               {"highest", to_json(set, extremes.highest_rotation)}};
+    info["stretch"] = {{"lowest", to_json(set, extremes.lowest_stretch)},
+                       {"highest", to_json(set, extremes.highest_stretch)}};
     info["names"] = set.names;
+    info["principal_energy"] = set.principal_energy;
+    info["propagation_energy"] = set.propagation_energy;
+    info["relaxation_energy"] = set.relaxation_energy;  // null where it was not needed
     info["consistency_energy"] = set.consistency_energy;
     info["consistency_gap"] = set.consistency_gap;
+    info["proved"] = proved_count(set);
     info["largest_jump"] = set.largest_jump;
     info["warnings"] = set.warnings;
     fmt::print("{}\n", info.dump(2, ' ', false, Json::error_handler_t::replace));
 }
 
-void print_text(const FeatureSet& set, const std::string& path) {
-    fmt::print("file                {}\n", path);
-    fmt::print("shapes              {}\n", set.shape_count());
-    fmt::print("vertices            {}\n", set.vertex_count());
-    fmt::print("faces               {}\n", set.reference.face_count());
-    fmt::print("weights             {}\n", set.weights);
-    const std::vector<FeatureExtreme> extremes = extremes_of(set);
-    fmt::print("r, radians          from {}\n", to_text(set, extremes[0]));
-    fmt::print("                    to {}\n", to_text(set, extremes[1]));
-    fmt::print("S                   from {}\n", to_text(set, extremes[2]));
-    fmt::print("                    to {}\n", to_text(set, extremes[3]));
-    if (!set.consistency_energy.empty()) {
-        fmt::print("consistency energy  {:.6g} in all\n", total_of(set.consistency_energy));
-    }
+void print_energies(const FeatureSet& set) {
+    const auto print = [](const char* label, const std::vector<double>& values) {
+        if (!values.empty()) fmt::print("{:<19} {:.6g} in all\n", label, total_of(values));
+    };
+    print("consistency energy", set.consistency_energy);
+    print("  principal", set.principal_energy);
+    print("  propagation", set.propagation_energy);
+    print("gap to lower bound", set.consistency_gap);
     if (!set.consistency_gap.empty()) {
-        fmt::print("gap to lower bound  {:.6g} in all\n", total_of(set.consistency_gap));
+        fmt::print("proved least        {} of {} shapes\n", proved_count(set), set.shape_count());
     }
     for (const int i : largest_jumps(set)) {
         const auto index = static_cast<std::size_t>(i);
         fmt::print("jump across an edge {:.4g} rad in shape {}\n", set.largest_jump[index],
                    set.names[index]);
     }
+}
+
+void print_text(const FeatureFile& file) {
+    const FeatureSet& set = file.outline();
+    fmt::print("file                {}\n", file.path());
+    fmt::print("shapes              {}\n", set.shape_count());
+    fmt::print("vertices            {}\n", set.vertex_count());
+    fmt::print("faces               {}\n", set.reference.face_count());
+    fmt::print("weights             {}\n", set.weights);
+    const Extremes extremes = extremes_of(file);
+    fmt::print("r, radians          from {}\n", to_text(set, extremes.lowest_rotation));
+    fmt::print("                    to {}\n", to_text(set, extremes.highest_rotation));
+    fmt::print("S                   from {}\n", to_text(set, extremes.lowest_stretch));
+    fmt::print("                    to {}\n", to_text(set, extremes.highest_stretch));
+    print_energies(set);
     fmt::print("warnings            {}\n", set.warnings.empty() ? "none" : "");
     for (const std::string& warning : set.warnings) fmt::print("  {}\n", warning);
 }
@@ -117,11 +171,11 @@ void setup_info(CLI::App& app) {
 }
 
 void run_info(const InfoCommand& options) {
-    const FeatureSet set = read_features(options.features);
+    const FeatureFile file(options.features);
     if (options.common.json) {
-        print_json(set, options.features);
+        print_json(file);
     } else {
-        print_text(set, options.features);
+        print_text(file);
     }
 }
 

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "mscomp/acap/feature_rows.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/feature_set.h"
 
 namespace mscomp {
@@ -19,12 +21,28 @@ struct ExtractOptions {
     bool align = true;  // move every shape to the reference by the best rigid motion
 };
 
-/// ACAP features of `sequence` relative to `reference` (V positions, same connectivity), method §1:
-/// alignment, deformation gradients with the normal pseudo-edge, polar decomposition, consistent
-/// logarithms. Deterministic for any number of threads.
-/// Throws MeshError if the reference has no area; everything odd but workable goes into warnings.
+/// How many of the shapes are done; one call at a time, from any thread. May throw, to stop.
+using ExtractProgress = std::function<void(int done, int total)>;
+
+/// What extract_features will return, before there is anything in it: names, reference, weights,
+/// and arrays of N zeros for the numbers per shape.
+FeatureSet feature_outline(const ShapeSource& source, const std::vector<Point>& reference,
+                           const ExtractOptions& options = {});
+
+/// ACAP features of the shapes of `source` relative to `reference` (V positions, same
+/// connectivity), method §1: alignment, deformation gradients with the normal pseudo-edge, polar
+/// decomposition, consistent logarithms. The rows go to `rows`, everything else is returned
+/// (`features` and `vertices` stay empty). Shapes are read once, and memory does not grow with
+/// their number. The same bits for any number of threads and any kind of rows.
+/// Throws MeshError if the reference has no area or a shape another size, and what reading a shape
+/// throws; everything odd but workable goes into warnings.
+FeatureSet extract_features(const ShapeSource& source, const std::vector<Point>& reference,
+                            const ExtractOptions& options, FeatureRows& rows,
+                            const ExtractProgress& progress = {});
+
+/// The same with everything in memory.
 FeatureSet extract_features(const MeshSequence& sequence, const std::vector<Point>& reference,
                             const ExtractOptions& options = {},
-                            const std::function<void(int done, int total)>& progress = {});
+                            const ExtractProgress& progress = {});
 
 }  // namespace mscomp

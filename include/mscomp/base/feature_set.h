@@ -27,13 +27,24 @@ struct FeatureSet {
         rotation;  // (N) row-major; aligned = rotation * input + translation
     std::vector<std::array<double, 3>> translation;  // (N)
     std::string weights = "cotangent";               // cotangent | authors | uniform
-    std::vector<double> consistency_energy;  // (N), may be empty for files of other programs
-    std::vector<double> consistency_gap;     // (N) energy minus a proved lower bound, likewise
-    std::vector<double> largest_jump;        // (N) radians, likewise
+    // What the choice of turns came to; (N) each, or empty for files of other programs.
+    std::vector<double> principal_energy;    // of the principal logarithms
+    std::vector<double> propagation_energy;  // of propagation from the root
+    std::vector<double> relaxation_energy;   // of the rounded relaxation, NaN if not needed
+    std::vector<double> consistency_energy;  // of the result, never above these
+    std::vector<double> consistency_gap;     // energy minus a proved lower bound
+    std::vector<double> largest_jump;        // across an edge, radians
     std::vector<std::string> warnings;       // what extraction had to say
 
     int shape_count() const { return static_cast<int>(names.size()); }
     int vertex_count() const { return reference.vertex_count(); }
+    /// Whether the turns of shape `index` are proved to have the least energy of all, up to
+    /// rounding; false where nothing is known.
+    bool is_proved(int index) const {
+        const auto n = static_cast<std::size_t>(index);
+        if (n >= consistency_gap.size() || n >= consistency_energy.size()) return false;
+        return consistency_gap[n] <= 1e-9 * (1 + consistency_energy[n]);
+    }
     /// (V,9) of one shape.
     std::span<const float> shape(int index) const {
         const auto size = static_cast<std::size_t>(vertex_count()) * kFeatureDim;

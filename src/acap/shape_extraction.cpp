@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "shape_extraction.h"
+
+#include <array>
+
+#include "mscomp/base/feature_set.h"
+#include "polar.h"
+#include "rotation.h"
+
+namespace mscomp {
+namespace {
+
+void store_rotation_vector(const Eigen::Vector3d& rotation_vector, float* feature) {
+    for (int axis = 0; axis < kRotationDim; ++axis) {
+        feature[axis] = static_cast<float>(rotation_vector[axis]);
+    }
+}
+
+void store_stretch(const Eigen::Matrix3d& stretch, float* feature) {
+    constexpr std::array<std::array<int, 2>, 6> kEntries{
+        {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+    for (std::size_t k = 0; k < kEntries.size(); ++k) {
+        feature[kRotationDim + k] = static_cast<float>(stretch(kEntries[k][0], kEntries[k][1]));
+    }
+}
+
+}  // namespace
+
+ExtractedShape extract_shape(const DeformationGradients& gradients,
+                             const std::vector<Point>& reference, const std::vector<Point>& shape,
+                             bool align) {
+    ExtractedShape result;
+    if (align) result.motion = best_rigid_motion(shape, reference);
+    const std::vector<Point> aligned = align ? moved(shape, result.motion) : shape;
+    result.vertices.reserve(aligned.size() * 3);
+    for (const Point& point : aligned) {
+        for (const double coordinate : point) {
+            result.vertices.push_back(static_cast<float>(coordinate));
+        }
+    }
+    const DeformationGradients::Result deformed = gradients.compute(aligned);
+    result.zero_area_faces = deformed.zero_area_faces;
+    result.folded_rings = deformed.folded_rings;
+    result.features.resize(aligned.size() * kFeatureDim);
+    for (std::size_t i = 0; i < aligned.size(); ++i) {
+        const PolarDecomposition polar = polar_decomposition(deformed.gradients[i]);
+        if (polar.mirrored) result.mirrored.add(static_cast<int>(i));
+        float* feature = result.features.data() + i * kFeatureDim;
+        store_rotation_vector(rotation_log(polar.rotation), feature);
+        store_stretch(polar.stretch, feature);
+    }
+    return result;
+}
+
+std::vector<Eigen::Vector3d> rotation_vectors_of(std::span<const float> row) {
+    std::vector<Eigen::Vector3d> result(row.size() / kFeatureDim);
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        result[i] = Eigen::Map<const Eigen::Vector3f>(row.data() + i * kFeatureDim).cast<double>();
+    }
+    return result;
+}
+
+void store_rotation_vectors(const std::vector<Eigen::Vector3d>& rotation_vectors,
+                            std::span<float> row) {
+    for (std::size_t i = 0; i < rotation_vectors.size(); ++i) {
+        store_rotation_vector(rotation_vectors[i], row.data() + i * kFeatureDim);
+    }
+}
+
+}  // namespace mscomp
