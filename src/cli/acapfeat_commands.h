@@ -48,6 +48,7 @@ void run_info(const InfoCommand& options);
 struct CheckCommand {
     std::vector<std::string> inputs;
     std::string list;
+    std::string reference = "0";  // index of a shape, or a mesh file
     CommonOptions common;
 };
 void setup_check(CLI::App& app);
@@ -56,6 +57,11 @@ void run_check(const CheckCommand& options);
 struct ConvertCommand {
     std::string input;
     std::string output;
+    std::string to;         // format of the output; empty: by its extension
+    std::string reference;  // a mesh file
+    std::string weights = "authors";
+    bool aligned = false;
+    bool vertices = false;  // of a feature set, instead of the features
     CommonOptions common;
 };
 void setup_convert(CLI::App& app);
