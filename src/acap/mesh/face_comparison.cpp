@@ -2,6 +2,7 @@
 #include "face_comparison.h"
 
 #include <algorithm>
+#include <compare>
 
 namespace mscomp {
 namespace {
@@ -24,8 +25,8 @@ std::size_t smallest_rotation(std::span<const int> face) {
     return std::min(a, b);
 }
 
-bool less(std::span<const int> a, std::span<const int> b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+std::strong_ordering compare(std::span<const int> a, std::span<const int> b) {
+    return std::lexicographical_compare_three_way(a.begin(), a.end(), b.begin(), b.end());
 }
 
 }  // namespace
@@ -60,8 +61,10 @@ void SortedFaces::sort_faces_of_one_corner() {
         const int corner = face(*begin).front();
         const auto end = std::find_if(begin, order_.end(),
                                       [&](std::size_t i) { return face(i).front() != corner; });
-        std::stable_sort(begin, end,
-                         [&](std::size_t i, std::size_t j) { return less(face(i), face(j)); });
+        std::sort(begin, end, [&](std::size_t i, std::size_t j) {
+            const auto order = compare(face(i), face(j));
+            return order != 0 ? order < 0 : i < j;
+        });
         begin = end;
     }
 }
@@ -70,8 +73,12 @@ std::optional<std::size_t> SortedFaces::first_missing_in(const SortedFaces& othe
     std::size_t first = order_.size();
     auto theirs = other.order_.begin();
     for (const std::size_t mine : order_) {
-        while (theirs != other.order_.end() && less(other.face(*theirs), face(mine))) ++theirs;
-        if (theirs != other.order_.end() && !less(face(mine), other.face(*theirs))) {
+        auto order = std::strong_ordering::greater;  // of theirs, against mine
+        for (; theirs != other.order_.end(); ++theirs) {
+            order = compare(other.face(*theirs), face(mine));
+            if (order >= 0) break;
+        }
+        if (order == 0) {
             ++theirs;
         } else {
             first = std::min(first, mine);

@@ -46,6 +46,7 @@ class ReferenceConnectivity {
                                                        *extra + 1, corners_text(mesh.face(*extra)),
                                                        path_, own_face_text(*extra)));
         }
+        if (mesh.face_count() == mesh_.face_count()) return;  // as many, and none is another
         if (const auto missing = sorted_faces().first_missing_in(faces)) {
             throw InputError(
                 {path}, count_text(mesh) + fmt::format("face {} of {} is {}, which is missing here",
