@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "array_checks.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/convert/array_files.h"
+#include "mscomp/convert/npy.h"
+#include "mscomp/convert/zip.h"
+#include "per_shape_arrays.h"
+
+namespace mscomp {
+namespace {
+
+std::span<const std::byte> bytes_of(const std::string& text) {
+    return std::as_bytes(std::span<const char>(text.data(), text.size()));
+}
+
+/// An array and the memory it lies in, where that is not the file itself.
+struct OwnedArray {
+    std::vector<std::byte> storage;
+    NpyArray array;
+};
+
+/// The shapes of an array (N,V,3), in the memory of its file.
+class ArrayShapes final : public ShapeSource {
+  public:
+    ArrayShapes(std::unique_ptr<const std::string> file, OwnedArray vertices,
+                std::vector<Face> faces, std::vector<std::string> names)
+        : file_(std::move(file)),
+          vertices_(std::move(vertices)),
+          faces_(std::move(faces)),
+          names_(std::move(names)) {}
+
+    const std::vector<std::string>& names() const override { return names_; }
+    const std::vector<Face>& faces() const override { return faces_; }
+    int vertex_count() const override { return static_cast<int>(vertices_.array.shape[1]); }
+    std::vector<Point> shape(int index) const override {
+        return points_of(vertices_.array.doubles(index, 1));
+    }
+
+  private:
+    std::unique_ptr<const std::string> file_;
+    OwnedArray vertices_;
+    std::vector<Face> faces_;
+    std::vector<std::string> names_;
+};
+
+void require_mesh_counts(const NpyArray& array, std::int64_t last) {
+    require_shape(array.shape, {-1, -1, last}, array.path);
+    require_counts(array.shape[0], array.shape[1], array.path);
+}
+
+std::vector<Face> faces_of(const NpyArray& array, int vertex_count) {
+    require_shape(array.shape, {-1, 3}, array.path);
+    return checked_faces(array.integers(), vertex_count, array.path);
+}
+
+class NpzReader {
+  public:
+    NpzReader(const std::string& path, const Supplement& supplement)
+        : path_(path),
+          supplement_(supplement),
+          file_(std::make_unique<const std::string>(read_file(path))) {
+        for (ZipEntry& entry : read_zip_entries(bytes_of(*file_), path)) {
+            std::string name = entry.name;
+            if (name.ends_with(".npy")) name.resize(name.size() - 4);
+            left_.insert(name);
+            entries_.emplace(std::move(name), std::move(entry));
+        }
+    }
+
+    Contents read() {
+        Contents contents = entries_.contains("features") ? read_features() : read_shapes();
+        if (!left_.empty()) {
+            contents.notes.push_back(
+                fmt::format("left out of {}: {}", path_, fmt::join(left_, ", ")));
+        }
+        return contents;
+    }
+
+  private:
+    Contents read_features() {
+        const OwnedArray features = load("features");
+        require_mesh_counts(features.array, kFeatureDim);
+        count_ = features.array.shape[0];
+        vertex_count_ = features.array.shape[1];
+        FeatureSet set;
+        set.features = features.array.floats(0, count_);
+        bool rounded = features.array.type == NpyType::f64;
+        if (const auto vertices = load_if_any("vertices", {count_, vertex_count_, 3})) {
+            set.vertices = vertices->array.floats(0, count_);
+            rounded = rounded || vertices->array.type == NpyType::f64;
+        }
+        if (const auto reference = load_if_any("reference", {vertex_count_, 3})) {
+            set.reference.vertices = points_of(reference->array.doubles(0, vertex_count_));
+        }
+        if (const auto faces = load_if_any("faces", {-1, 3})) {
+            set.reference.faces = faces_of(faces->array, static_cast<int>(vertex_count_));
+        }
+        read_motions(set);
+        for (const PerShapeArray& array : kPerShapeArrays) {
+            if (const auto found = load_if_any(array.name, {count_})) {
+                set.*array.numbers = found->array.doubles(0, count_, array.may_be_nan);
+            }
+        }
+        set.names = names_if_any();
+        set.weights = weights_if_any();
+        if (const auto warnings = load_if_any("warnings", {-1})) {
+            set.warnings = warnings->array.texts();
+        }
+        Contents contents = complete_features(std::move(set), static_cast<int>(count_),
+                                              static_cast<int>(vertex_count_), path_, supplement_);
+        if (rounded) contents.notes.emplace_back("features and vertices are rounded to float32");
+        return contents;
+    }
+
+    void read_motions(FeatureSet& set) {
+        if (const auto rotation = load_if_any("rotation", {count_, 3, 3})) {
+            const std::vector<double> numbers = rotation->array.doubles(0, count_);
+            set.rotation.resize(numbers.size() / 9);
+            for (std::size_t i = 0; i < numbers.size(); ++i)
+                set.rotation[i / 9][i % 9] = numbers[i];
+            require_rotations(set, rotation->array.path);
+        }
+        if (const auto translation = load_if_any("translation", {count_, 3})) {
+            set.translation = points_of(translation->array.doubles(0, count_));
+        }
+    }
+
+    /// Going back to the input takes the transpose for the inverse.
+    static void require_rotations(const FeatureSet& set, const std::string& path) {
+        for (std::size_t shape = 0; shape < set.rotation.size(); ++shape) {
+            const auto& r = set.rotation[shape];
+            for (std::size_t i = 0; i < 9; ++i) {
+                const std::size_t a = 3 * (i / 3), b = 3 * (i % 3);
+                const double product = r[a] * r[b] + r[a + 1] * r[b + 1] + r[a + 2] * r[b + 2];
+                if (std::abs(product - (a == b ? 1 : 0)) <= 1e-6) continue;
+                throw InputError({path},
+                                 fmt::format("the matrix of shape {} is no rotation", shape));
+            }
+        }
+    }
+
+    Contents read_shapes() {
+        OwnedArray vertices = load_either("vertices", "verts");
+        require_mesh_counts(vertices.array, 3);
+        count_ = vertices.array.shape[0];
+        vertex_count_ = vertices.array.shape[1];
+        Contents contents;
+        std::vector<Face> faces;
+        if (entries_.contains("faces") || entries_.contains("tris")) {
+            faces = faces_of(load_either("faces", "tris").array, static_cast<int>(vertex_count_));
+        } else {
+            faces = supplied_faces(contents);
+        }
+        std::vector<std::string> names = names_if_any();
+        if (names.empty()) {
+            names = numbered_names(static_cast<int>(count_));
+            contents.notes.emplace_back("names are shape_0000, ...");
+        }
+        contents.shapes = std::make_unique<ArrayShapes>(std::move(file_), std::move(vertices),
+                                                        std::move(faces), std::move(names));
+        return contents;
+    }
+
+    std::vector<Face> supplied_faces(Contents& contents) const;
+
+    std::vector<std::string> names_if_any() {
+        const auto found = load_if_any("names", {count_});
+        return found ? found->array.texts() : std::vector<std::string>{};
+    }
+
+    std::string weights_if_any() {
+        const auto found = load_if_any("weights", {});
+        if (!found) return "";
+        const std::string name = found->array.texts().front();
+        for (const EdgeWeights known :
+             {EdgeWeights::cotangent, EdgeWeights::authors, EdgeWeights::uniform}) {
+            if (name == to_string(known)) return name;
+        }
+        throw InputError({found->array.path}, fmt::format("got '{}', wanted cotangent, authors or "
+                                                          "uniform",
+                                                          name));
+    }
+
+    OwnedArray load_either(const std::string& name, const std::string& other) {
+        const bool has = entries_.contains(name), has_other = entries_.contains(other);
+        if (has && has_other) {
+            throw InputError(
+                {path_}, fmt::format("holds both '{}' and '{}', wanted one of them", name, other));
+        }
+        if (!has && !has_other) {
+            throw InputError({path_},
+                             fmt::format("holds neither 'features' nor '{}' or '{}'", name, other));
+        }
+        return load(has ? name : other);
+    }
+
+    std::optional<OwnedArray> load_if_any(const std::string& name, const Shape& shape) {
+        if (!entries_.contains(name)) return std::nullopt;
+        OwnedArray found = load(name);
+        require_shape(found.array.shape, shape, found.array.path);
+        return found;
+    }
+
+    OwnedArray load(const std::string& name) {
+        left_.erase(name);
+        const std::string place = fmt::format("{}[{}]", path_, name);
+        OwnedArray found;
+        const auto bytes = unpack(entries_.at(name), path_, found.storage);
+        found.array = parse_npy(bytes, place);
+        return found;
+    }
+
+    const std::string& path_;
+    const Supplement& supplement_;
+    std::unique_ptr<const std::string> file_;
+    std::map<std::string, ZipEntry> entries_;
+    std::set<std::string> left_;
+    std::int64_t count_ = 0, vertex_count_ = 0;
+};
+
+/// The faces of the reference, for shapes that come without.
+std::vector<Face> supply_faces(Contents& contents, const std::string& path,
+                               std::int64_t vertex_count, const Supplement& supplement) {
+    if (!supplement.reference) {
+        throw UsageError(path + " has no faces; give a mesh that has them: --reference MESH");
+    }
+    if (supplement.reference->vertex_count() != vertex_count) {
+        throw InputError({supplement.reference_path},
+                         fmt::format("{} vertices, but {} has {}",
+                                     supplement.reference->vertex_count(), path, vertex_count));
+    }
+    contents.took_reference = true;
+    contents.notes.push_back("faces are those of " + supplement.reference_path);
+    return supplement.reference->faces;
+}
+
+std::vector<Face> NpzReader::supplied_faces(Contents& contents) const {
+    return supply_faces(contents, path_, vertex_count_, supplement_);
+}
+
+}  // namespace
+
+Contents read_npz(const std::string& path, const Supplement& supplement) {
+    return NpzReader(path, supplement).read();
+}
+
+Contents read_npy(const std::string& path, const Supplement& supplement) {
+    auto file = std::make_unique<const std::string>(read_file(path));
+    OwnedArray owned;
+    owned.array = parse_npy(bytes_of(*file), path);
+    const NpyArray& array = owned.array;
+    if (array.shape.size() == 3 && array.shape[2] == kFeatureDim) {
+        require_mesh_counts(array, kFeatureDim);
+        FeatureSet set;
+        set.features = array.floats(0, array.shape[0]);
+        set.weights.clear();
+        Contents contents = complete_features(std::move(set), static_cast<int>(array.shape[0]),
+                                              static_cast<int>(array.shape[1]), path, supplement);
+        if (array.type == NpyType::f64) {
+            contents.notes.emplace_back("features are rounded to float32");
+        }
+        return contents;
+    }
+    require_mesh_counts(array, 3);
+    Contents contents;
+    std::vector<Face> faces = supply_faces(contents, path, array.shape[1], supplement);
+    std::vector<std::string> names = numbered_names(static_cast<int>(array.shape[0]));
+    contents.notes.emplace_back("names are shape_0000, ...");
+    contents.shapes = std::make_unique<ArrayShapes>(std::move(file), std::move(owned),
+                                                    std::move(faces), std::move(names));
+    return contents;
+}
+
+}  // namespace mscomp
