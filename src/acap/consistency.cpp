@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "turn_problem.h"
+#include "turn_search.h"
 
 namespace mscomp {
 namespace {
@@ -12,11 +13,7 @@ namespace {
 constexpr double kSameUnrest = 1e-4;
 // One turn changes an edge by up to (2π)² = 39; float vectors leave less than this over all edges.
 constexpr double kSmallestGain = 1e-6;
-
-struct Candidate {
-    TurnProblem::Turns turns;
-    double energy;
-};
+constexpr int kVisits = 500;  // subproblems of one search
 
 double largest_jump(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& vectors) {
     double largest = 0;
@@ -28,41 +25,53 @@ double largest_jump(const ConsistencyGraph& graph, const std::vector<Eigen::Vect
     return largest;
 }
 
-bool reaches(double energy, double bound) { return energy <= bound + 1e-9 * (1 + bound); }
+struct Candidate {
+    TurnProblem::Turns turns;
+    double energy;
+};
+
+/// The least energy of the searches from several starts, and the best of their bounds.
+class BestTurns {
+  public:
+    BestTurns(const TurnProblem& problem, Candidate start)
+        : problem_(problem), best_(std::move(start)) {}
+
+    /// Searches from `start`; true if the best is proved to be least.
+    bool search_from(Candidate start, int most_visited) {
+        const SearchResult result = search_turns(problem_, most_visited, start.turns);
+        bound_ = std::max(bound_, start.energy + result.bound);
+        start.energy += result.change;
+        if (start.energy < best_.energy - kSmallestGain) best_ = std::move(start);
+        return reached();
+    }
+    bool reached() const { return best_.energy <= bound_ + 1e-9 * (1 + best_.energy); }
+    const Candidate& best() const { return best_; }
+    double bound() const { return std::min(bound_, best_.energy); }
+
+  private:
+    const TurnProblem& problem_;
+    Candidate best_;
+    double bound_ = 0;
+};
 
 /// The polished best of the cheap starts; where that is not proved best, the relaxation as well.
 Candidate best_turns(const TurnProblem& problem, ConsistencySummary& summary) {
-    Candidate best{TurnProblem::Turns(static_cast<std::size_t>(problem.vertex_count()), 0), 0};
-    best.energy = summary.principal_energy = problem.energy(best.turns);
-    const auto keep_better = [&](TurnProblem::Turns turns) {
-        const double energy = problem.energy(turns);
-        if (energy < best.energy) best = {std::move(turns), energy};
-    };
-    summary.lower_bound = std::min(problem.lower_bound(), best.energy);
-
-    const TurnProblem::Turns propagated = problem.propagated();
-    summary.propagation_energy = problem.energy(propagated);
-    if (reaches(best.energy, summary.lower_bound)) return best;
-
-    const std::vector<int> orientation = problem.orientation();
-    const auto polished = [&](TurnProblem::Turns turns) {
-        polish_vertices(problem, turns);
-        keep_better(turns);
-        if (reaches(best.energy, summary.lower_bound)) return true;
-        const bool proved = polish_clusters(problem, orientation, turns);
-        keep_better(std::move(turns));
-        if (proved) summary.lower_bound = best.energy;
-        return proved || reaches(best.energy, summary.lower_bound);
-    };
-    const TurnProblem::Turns principal = best.turns;
-    const bool propagation_first = summary.propagation_energy < summary.principal_energy;
-    if (polished(propagation_first ? propagated : principal)) return best;
-    if (polished(propagation_first ? principal : propagated)) return best;
-    TurnProblem::Turns relaxed = relaxed_turns(problem);
-    summary.relaxation_energy = problem.energy(relaxed);
-    keep_better(relaxed);
-    polished(std::move(relaxed));
-    return best;
+    Candidate principal{TurnProblem::Turns(static_cast<std::size_t>(problem.vertex_count()), 0), 0};
+    principal.energy = summary.principal_energy = problem.energy(principal.turns);
+    Candidate propagated{problem.propagated(), 0};
+    propagated.energy = summary.propagation_energy = problem.energy(propagated.turns);
+    if (propagated.energy < principal.energy) std::swap(principal, propagated);
+    BestTurns best(problem, principal);
+    if (!best.search_from(principal, kVisits)) {
+        Candidate relaxed{relaxed_turns(problem), 0};
+        relaxed.energy = summary.relaxation_energy = problem.energy(relaxed.turns);
+        for (Candidate* start : {&propagated, &relaxed}) {
+            start->energy += polish_vertices(problem, start->turns);
+            if (best.search_from(std::move(*start), kVisits)) break;
+        }
+    }
+    summary.lower_bound = best.bound();
+    return best.best();
 }
 
 }  // namespace
@@ -90,6 +99,12 @@ ConsistencyGraph consistency_graph(OneRings rings, const std::vector<double>& un
             if (static_cast<int>(i) < j) graph.edges.push_back({static_cast<int>(i), j});
         }
     }
+    // Neighbours ascend, so the rings that name a vertex name it in their own order.
+    graph.reverse.resize(rings.neighbors.size());
+    std::vector<int> next(rings.offsets.begin(), rings.offsets.end() - 1);
+    for (std::size_t k = 0; k < rings.neighbors.size(); ++k) {
+        graph.reverse[k] = next[static_cast<std::size_t>(rings.neighbors[k])]++;
+    }
     graph.rings = std::move(rings);
     return graph;
 }
@@ -112,7 +127,7 @@ ConsistencySummary make_consistent(const ConsistencyGraph& graph,
 bool improve_consistency(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& start,
                          std::vector<Eigen::Vector3d>& rotation_vectors,
                          ConsistencySummary& summary) {
-    if (reaches(summary.energy, summary.lower_bound)) return false;
+    if (summary.energy <= summary.lower_bound) return false;
     // Turns count from the vectors as they are: their axes are known also near a full turn.
     const TurnProblem problem(graph, rotation_vectors);
     TurnProblem::Turns turns(rotation_vectors.size());
@@ -121,7 +136,7 @@ bool improve_consistency(const ConsistencyGraph& graph, const std::vector<Eigen:
         turns[i] = problem.nearest_turn(static_cast<int>(i), start[i]);
     }
     polish_vertices(problem, turns);
-    polish_clusters(problem, problem.orientation(), turns);
+    search_turns(problem, kVisits, turns);
     const double after = problem.energy(turns);
     if (!(after < before - kSmallestGain)) return false;
     for (std::size_t i = 0; i < turns.size(); ++i) {

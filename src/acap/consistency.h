@@ -13,6 +13,7 @@ namespace mscomp {
 /// What the integer search needs of the connectivity, shared by all shapes.
 struct ConsistencyGraph {
     OneRings rings;
+    std::vector<int> reverse;               // beside rings.neighbors: the place of the way back
     std::vector<std::array<int, 2>> edges;  // undirected, first < second, ascending
     std::vector<int> component;             // (V)
     std::vector<int> roots;                 // one vertex per component: its turn stays 0

@@ -4,8 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <queue>
-#include <tuple>
+
+#include "step_queue.h"
 
 namespace mscomp {
 namespace {
@@ -13,40 +13,12 @@ namespace {
 // A smaller angle says nothing about the axis: rotation noise of a file with six digits.
 constexpr double kFreeAngle = 1e-4;
 
-/// Visits every vertex from the roots, always over the cheapest edge that leads to a new one (ties:
-/// the lowest vertex); visit(from, to) is called once per vertex that is no root.
-template <class Cost, class Visit>
-void grow_from_roots(const ConsistencyGraph& graph, const Cost& cost, const Visit& visit) {
-    using Step = std::tuple<double, int, int>;  // cost, to, from
-    std::priority_queue<Step, std::vector<Step>, std::greater<>> front;
-    std::vector<char> reached(graph.component.size(), 0);
-    const auto reach = [&](int vertex) {
-        const auto v = static_cast<std::size_t>(vertex);
-        reached[v] = 1;
-        for (int at = graph.rings.offsets[v]; at < graph.rings.offsets[v + 1]; ++at) {
-            const int next = graph.rings.neighbors[static_cast<std::size_t>(at)];
-            if (reached[static_cast<std::size_t>(next)] == 0) {
-                front.emplace(cost(vertex, next), next, vertex);
-            }
-        }
-    };
-    for (const int root : graph.roots) reach(root);
-    while (!front.empty()) {
-        const auto [step_cost, to, from] = front.top();
-        front.pop();
-        if (reached[static_cast<std::size_t>(to)] != 0) continue;
-        visit(from, to);
-        reach(to);
-    }
-}
-
 }  // namespace
 
-TurnProblem::TurnProblem(const ConsistencyGraph& graph,
-                         const std::vector<Eigen::Vector3d>& principal)
-    : graph_(graph), axis_(principal), angle_(principal.size()), root_(principal.size(), 0) {
+TurnProblem::TurnProblem(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& vectors)
+    : graph_(graph), axis_(vectors), angle_(vectors.size()), root_(vectors.size(), 0) {
     for (const int root : graph.roots) root_[static_cast<std::size_t>(root)] = 1;
-    std::vector<char> known(principal.size(), 0);
+    std::vector<char> known(vectors.size(), 0);
     bool all_known = true;
     for (std::size_t i = 0; i < axis_.size(); ++i) {
         angle_[i] = axis_[i].norm();
@@ -55,42 +27,64 @@ TurnProblem::TurnProblem(const ConsistencyGraph& graph,
         if (known[i] != 0) axis_[i] /= angle_[i];
     }
     if (!all_known) choose_free_axes(std::move(known));
+
+    const OneRings& rings = graph.rings;
+    cosine_.resize(rings.neighbors.size());
+    for (std::size_t i = 0; i < axis_.size(); ++i) {
+        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const auto j = static_cast<std::size_t>(rings.neighbors[k]);
+            if (j < i) continue;
+            const double cosine = std::clamp(axis_[i].dot(axis_[j]), -1.0, 1.0);
+            cosine_[k] = cosine_[static_cast<std::size_t>(graph.reverse[k])] = cosine;
+        }
+    }
 }
 
 void TurnProblem::choose_free_axes(std::vector<char> known) {
-    std::vector<Eigen::Matrix3d> spread(axis_.size(), Eigen::Matrix3d::Zero());
     const OneRings& rings = graph_.rings;
-    const auto count = axis_.size();
-    // Layer by layer away from the known axes; an axis has no sign, so lines are averaged. The
-    // weight sin²(θ/2) keeps the noisy axes of small angles out.
-    for (bool grew = true; grew;) {
-        grew = false;
-        std::vector<char> next = known;
-        for (std::size_t i = 0; i < count; ++i) {
-            if (known[i] != 0) continue;
-            Eigen::Matrix3d lines = Eigen::Matrix3d::Zero();
-            for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
-                const auto j =
-                    static_cast<std::size_t>(rings.neighbors[static_cast<std::size_t>(at)]);
-                if (known[j] == 0) continue;
-                const double sine = std::sin(0.5 * std::max(angle_[j], kFreeAngle));
-                lines += sine * sine * axis_[j] * axis_[j].transpose();
-            }
-            if (lines.trace() <= 0) continue;
-            spread[i] = lines / lines.trace();
-            next[i] = 2;
-            grew = true;
+    const auto neighbor = [&](int at) {
+        return static_cast<std::size_t>(rings.neighbors[static_cast<std::size_t>(at)]);
+    };
+    // Layer by layer away from the known axes.
+    std::vector<std::size_t> layer;
+    const auto add_free_neighbors = [&](std::size_t vertex, std::vector<std::size_t>& found) {
+        for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
+            const std::size_t j = neighbor(at);
+            if (known[j] != 0) continue;
+            known[j] = 2;  // in the next layer
+            found.push_back(j);
         }
-        for (std::size_t i = 0; i < count; ++i) {
-            if (next[i] != 2 || known[i] != 0) continue;
-            const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread[i]);
-            const Eigen::Vector3d line = eigen.eigenvectors().col(2);
-            angle_[i] = line.dot(axis_[i]);
-            axis_[i] = line;
-        }
-        known = std::move(next);
+    };
+    for (std::size_t i = 0; i < axis_.size(); ++i) {
+        if (known[i] == 1) add_free_neighbors(i, layer);
     }
-    for (std::size_t i = 0; i < count; ++i) {
+    while (!layer.empty()) {
+        std::vector<Eigen::Vector3d> lines(layer.size());
+        for (std::size_t k = 0; k < layer.size(); ++k) {
+            // An axis has no sign, so lines are averaged. The weight sin²(θ/2) keeps the noisy axes
+            // of small angles out.
+            Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+            for (int at = rings.offsets[layer[k]]; at < rings.offsets[layer[k] + 1]; ++at) {
+                const std::size_t j = neighbor(at);
+                if (known[j] != 1) continue;
+                const double sine = std::sin(0.5 * std::max(angle_[j], kFreeAngle));
+                spread += sine * sine * axis_[j] * axis_[j].transpose();
+            }
+            spread /= spread.trace();
+            const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread);
+            lines[k] = eigen.eigenvectors().col(2);
+        }
+        for (std::size_t k = 0; k < layer.size(); ++k) {
+            angle_[layer[k]] = lines[k].dot(axis_[layer[k]]);
+            axis_[layer[k]] = lines[k];
+            known[layer[k]] = 1;
+        }
+        std::vector<std::size_t> next;
+        for (const std::size_t vertex : layer) add_free_neighbors(vertex, next);
+        layer = std::move(next);
+    }
+    for (std::size_t i = 0; i < axis_.size(); ++i) {
         if (known[i] != 0) continue;
         angle_[i] = axis_[i].norm();
         axis_[i] = angle_[i] > 0 ? Eigen::Vector3d(axis_[i] / angle_[i]) : Eigen::Vector3d::UnitZ();
@@ -103,13 +97,41 @@ int TurnProblem::nearest_turn(int vertex, const Eigen::Vector3d& target) const {
 }
 
 double TurnProblem::energy(const Turns& turns) const {
+    std::vector<Eigen::Vector3d> vectors(turns.size());
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+        vectors[i] = rotation_vector(static_cast<int>(i), turns[i]);
+    }
     double sum = 0;
     for (const auto& [i, j] : graph_.edges) {
-        sum += (rotation_vector(i, turns[static_cast<std::size_t>(i)]) -
-                rotation_vector(j, turns[static_cast<std::size_t>(j)]))
+        sum += (vectors[static_cast<std::size_t>(i)] - vectors[static_cast<std::size_t>(j)])
                    .squaredNorm();
     }
     return sum;
+}
+
+double TurnProblem::pull(const Turns& turns, int vertex) const {
+    const OneRings& rings = graph_.rings;
+    const auto v = static_cast<std::size_t>(vertex);
+    double sum = 0;
+    for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
+        const auto j = static_cast<std::size_t>(rings.neighbors[static_cast<std::size_t>(at)]);
+        sum += cosine_[static_cast<std::size_t>(at)] * (angle_[j] + kTurn * turns[j]);
+    }
+    return sum;
+}
+
+double TurnProblem::change(const Turns& turns, int vertex, int turn) const {
+    // As a function of x = θ + 2π t the energy is degree x² - 2 x pull + constant.
+    const auto v = static_cast<std::size_t>(vertex);
+    const double before = angle_[v] + kTurn * turns[v], after = angle_[v] + kTurn * turn;
+    const int degree = graph_.rings.degree(vertex);
+    return (after - before) * (degree * (after + before) - 2 * pull(turns, vertex));
+}
+
+int TurnProblem::best_turn(const Turns& turns, int vertex) const {
+    const int degree = graph_.rings.degree(vertex);
+    if (is_root(vertex) || degree == 0) return turns[static_cast<std::size_t>(vertex)];
+    return static_cast<int>(std::lround((pull(turns, vertex) / degree - angle(vertex)) / kTurn));
 }
 
 double TurnProblem::edge_minimum(int i, int j) const {
@@ -121,43 +143,48 @@ double TurnProblem::edge_minimum(int i, int j) const {
     const double c = std::min(std::abs(cosine), 1.0);
     const double x = angle(i), y = sign * angle(j);
     double least = (x - y) * (x - y) + 2 * (1 - c) * x * y;
+    const double middle = std::round((y - x) / kTurn);
     for (int k = -2; k <= 2; ++k) {
-        const double delta = x - y + kTurn * k;
+        const double delta = x - y + kTurn * (middle + k);
         const double shifted = y + kTurn * std::round((-0.5 * delta - y) / kTurn);
         least = std::min(least, delta * delta + 2 * (1 - c) * shifted * (shifted + delta));
     }
     return least;
 }
 
-double TurnProblem::lower_bound() const {
-    double sum = 0;
-    for (const auto& [i, j] : graph_.edges) sum += edge_minimum(i, j);
-    return sum;
-}
-
 TurnProblem::Turns TurnProblem::propagated() const {
+    const OneRings& rings = graph_.rings;
+    std::vector<double> sines(axis_.size()), halves(axis_.size());  // of the unit quaternions
+    for (std::size_t i = 0; i < axis_.size(); ++i) {
+        sines[i] = std::sin(0.5 * angle_[i]);
+        halves[i] = std::cos(0.5 * angle_[i]);
+    }
     Turns turns(axis_.size(), 0);
-    // 1 - |<q_i, q_j>| of the unit quaternions grows with the angle between the rotations.
-    const auto distance = [this](int i, int j) {
-        const double a = 0.5 * angle(i), b = 0.5 * angle(j);
-        return 1 - std::abs(std::cos(a) * std::cos(b) +
-                            std::sin(a) * std::sin(b) * axis(i).dot(axis(j)));
+    std::vector<char> reached(axis_.size(), 0);
+    StepQueue steps;
+    const auto reach = [&](std::size_t i) {
+        reached[i] = 1;
+        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const auto j = static_cast<std::size_t>(rings.neighbors[k]);
+            if (reached[j] != 0) continue;
+            // 1 - |<q_i, q_j>| grows with the angle between the rotations.
+            const double cosine = halves[i] * halves[j] + sines[i] * sines[j] * cosine_[k];
+            steps.push(1 - std::abs(cosine), at);
+        }
     };
-    grow_from_roots(graph_, distance, [&](int from, int to) {
-        turns[static_cast<std::size_t>(to)] =
-            nearest_turn(to, rotation_vector(from, turns[static_cast<std::size_t>(from)]));
-    });
+    for (const int root : graph_.roots) reach(static_cast<std::size_t>(root));
+    while (!steps.empty()) {
+        const auto k = static_cast<std::size_t>(steps.pop());
+        const auto to = static_cast<std::size_t>(rings.neighbors[k]);
+        if (reached[to] != 0) continue;
+        const auto back = static_cast<std::size_t>(graph_.reverse[k]);
+        const auto from = static_cast<std::size_t>(rings.neighbors[back]);
+        const double target = cosine_[k] * (angle_[from] + kTurn * turns[from]);
+        turns[to] = static_cast<int>(std::lround((target - angle_[to]) / kTurn));
+        reach(to);
+    }
     return turns;
-}
-
-std::vector<int> TurnProblem::orientation() const {
-    std::vector<int> sign(axis_.size(), 1);
-    const auto crossing = [this](int i, int j) { return 1 - std::abs(axis(i).dot(axis(j))); };
-    grow_from_roots(graph_, crossing, [&](int from, int to) {
-        const int same = axis(from).dot(axis(to)) < 0 ? -1 : 1;
-        sign[static_cast<std::size_t>(to)] = same * sign[static_cast<std::size_t>(from)];
-    });
-    return sign;
 }
 
 }  // namespace mscomp

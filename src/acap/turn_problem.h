@@ -17,7 +17,9 @@ class TurnProblem {
   public:
     using Turns = std::vector<int>;
 
-    TurnProblem(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& principal);
+    /// `vectors` (V) are what turn 0 stands for; only where they are shorter than 1e-4 another axis
+    /// is taken, that of the neighbours. Keeps a reference to `graph`.
+    TurnProblem(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& vectors);
 
     const ConsistencyGraph& graph() const { return graph_; }
     int vertex_count() const { return static_cast<int>(axis_.size()); }
@@ -26,6 +28,8 @@ class TurnProblem {
         return axis_[static_cast<std::size_t>(vertex)];
     }
     double angle(int vertex) const { return angle_[static_cast<std::size_t>(vertex)]; }
+    /// a_i·a_j, beside graph().rings.neighbors.
+    const std::vector<double>& cosines() const { return cosine_; }
 
     Eigen::Vector3d rotation_vector(int vertex, int turn) const {
         return (angle(vertex) + kTurn * turn) * axis(vertex);
@@ -34,33 +38,28 @@ class TurnProblem {
     int nearest_turn(int vertex, const Eigen::Vector3d& target) const;
 
     double energy(const Turns& turns) const;
-    /// Σ over edges of the edge's own minimum over its two integers: never above E(t).
-    double lower_bound() const;
+    /// What E changes by when `vertex` alone goes to `turn`.
+    double change(const Turns& turns, int vertex, int turn) const;
+    /// The turn of `vertex` that lowers E most while all others stay.
+    int best_turn(const Turns& turns, int vertex) const;
+    /// Least |r_i - r_j|² over all turns of the two.
+    double edge_minimum(int i, int j) const;
 
-    /// From the roots outwards, nearest rotations first, each vertex nearest to its predecessor.
+    /// From the roots outwards, nearest rotations first (to one part in eight), each vertex nearest
+    /// to its predecessor.
     Turns propagated() const;
-    /// Signs that make the axes of neighbours agree along a tree of the most parallel ones.
-    std::vector<int> orientation() const;
 
   private:
     void choose_free_axes(std::vector<char> known);
-    double edge_minimum(int i, int j) const;
+    /// Σ_j a_i·r_j over the ring of `vertex`.
+    double pull(const Turns& turns, int vertex) const;
 
     const ConsistencyGraph& graph_;
     std::vector<Eigen::Vector3d> axis_;  // (V) unit
-    std::vector<double> angle_;          // (V) in [0, π]
-    std::vector<char> root_;             // (V)
+    std::vector<double> angle_;  // (V) not negative; at most π where the vectors are principal
+    std::vector<double> cosine_;
+    std::vector<char> root_;  // (V)
 };
-
-/// Lowers E by moves of single vertices until none helps.
-void polish_vertices(const TurnProblem& problem, TurnProblem::Turns& turns);
-
-/// Lowers E by moving any set of vertices by one turn at once, the best set found as a minimum cut,
-/// until no set helps. `orientation` says which way is up. Returns true if the result is proved
-/// to be the least of all: axes of all neighbours agree, so that E is L-natural convex and a point
-/// without a lowering step is a minimum (Murota).
-bool polish_clusters(const TurnProblem& problem, const std::vector<int>& orientation,
-                     TurnProblem::Turns& turns);
 
 /// The least-squares solution over real turns (one sparse solve by Ceres), rounded.
 TurnProblem::Turns relaxed_turns(const TurnProblem& problem);

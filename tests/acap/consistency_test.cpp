@@ -6,32 +6,19 @@
 
 #include <algorithm>
 
-#include "acap_cases.h"
-#include "rotation.h"
-#include "turn_problem.h"
+#include "turn_cases.h"
+#include "turn_search.h"
 
 namespace mscomp {
 namespace {
 
 using namespace cases;
-using Field = std::vector<Vector3d>;
 constexpr double kPi = std::numbers::pi;
-
-ConsistencyGraph graph_of(const TriangleMesh& mesh) {
-    return consistency_graph(one_rings_of_faces(mesh.vertex_count(), mesh.faces),
-                             std::vector<double>(mesh.vertices.size(), 0.0));
-}
 
 double energy(const ConsistencyGraph& graph, const Field& r) {
     double sum = 0;
     for (const auto& [i, j] : graph.edges) sum += (r[at(i)] - r[at(j)]).squaredNorm();
     return sum;
-}
-
-Field principal(const Field& r) {
-    Field logs;
-    for (const Vector3d& v : r) logs.push_back(rotation_log(exp_of(v)));
-    return logs;
 }
 
 /// Least energy over all turns in {-1, 0, 1} with vertex 0 held: tried one by one.
@@ -52,13 +39,6 @@ double brute_force(const ConsistencyGraph& graph, const Field& logs) {
 
 /// Two hexagons side by side: 10 vertices, each ring small enough for all 3^9 choices.
 TriangleMesh small_mesh() { return shapes::grid(5, 2); }
-
-Field random_logs(Draws& draws, int count, double spread) {
-    const Vector3d common = 3 * draws.vector();
-    Field r;
-    for (int i = 0; i < count; ++i) r.push_back(common + spread * draws.vector());
-    return principal(r);
-}
 
 // E of the result is at most E of every choice of t in {-1, 0, 1}.
 TEST(Consistency, NoChoiceOfTurnsOnASmallMeshIsBetter) {
@@ -100,31 +80,30 @@ TEST(Consistency, NeverWorseThanItsStartsAndAlwaysALogarithm) {
     }
 }
 
-// The result is the best of the three starts, each polished by itself.
+// Where the search gives up, three starts are searched, and none of them alone is better.
 TEST(Consistency, KeepsTheBestOfAllStarts) {
     const TriangleMesh mesh = shapes::icosphere(2);
     const ConsistencyGraph graph = graph_of(mesh);
-    std::array<int, 3> wins{};
-    for (std::uint64_t seed = 80; seed < 110; ++seed) {
+    int open = 0;
+    for (std::uint64_t seed = 80; seed < 84; ++seed) {
         Draws draws(seed);
-        Field r = random_logs(draws, mesh.vertex_count(), 3.0);
+        Field r = half_turns(draws, mesh.vertex_count());
         const TurnProblem problem(graph, r);
-        const std::vector<int> orientation = problem.orientation();
+        double best = std::numeric_limits<double>::infinity();
         std::array<TurnProblem::Turns, 3> starts{TurnProblem::Turns(r.size(), 0),
                                                  problem.propagated(), relaxed_turns(problem)};
-        std::array<double, 3> energies{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            polish_vertices(problem, starts[k]);
-            polish_clusters(problem, orientation, starts[k]);
-            energies[k] = problem.energy(starts[k]);
+        for (TurnProblem::Turns& start : starts) {
+            polish_vertices(problem, start);
+            best = std::min(best, problem.energy(start));
         }
-        const auto best = std::min_element(energies.begin(), energies.end());
-        ++wins[static_cast<std::size_t>(best - energies.begin())];
         const Vector3d root = r[0];
-        EXPECT_NEAR(make_consistent(graph, r).energy, *best, 1e-9) << "seed " << seed;
+        const ConsistencySummary summary = make_consistent(graph, r);
+        EXPECT_LE(summary.energy, best + 1e-9) << "seed " << seed;
+        EXPECT_LE(summary.energy, summary.relaxation_energy);
         EXPECT_EQ(r[0], root) << "the root keeps its principal logarithm";
+        if (summary.energy > summary.lower_bound + 1e-6) ++open;
     }
-    EXPECT_THAT(wins, testing::Each(testing::Gt(0))) << "a start that never matters";
+    EXPECT_GT(open, 0) << "nothing is too hard here";
 }
 
 // Spanning the whole mesh by short steps is exact where the field is smooth.
@@ -140,7 +119,6 @@ TEST(Consistency, PropagationAloneRecoversASmoothField) {
     for (int i = 0; i < mesh.vertex_count(); ++i) {
         ASSERT_LT(largest(problem.rotation_vector(i, turns[at(i)]) - truth[at(i)]), 1e-12);
     }
-    EXPECT_NEAR(problem.energy(turns), problem.lower_bound(), 1e-9);
 }
 
 // Where nothing turns fully, the smallest rotations stay exactly what they are.
@@ -154,33 +132,6 @@ TEST(Consistency, SmallRotationsBesideLargeOnesAreUntouched) {
     const Field before = r;
     make_consistent(graph_of(mesh), r);
     EXPECT_EQ(r, before);
-}
-
-// One edge alone: its bound is the least over all pairs of turns in a wide window.
-TEST(Consistency, BoundOfAnEdgeIsItsLeastEnergyOverAllTurns) {
-    ConsistencyGraph pair;
-    pair.rings.offsets = {0, 1, 2};
-    pair.rings.neighbors = {1, 0};
-    pair.edges = {{0, 1}};
-    pair.component = {0, 0};
-    pair.roots = {0};
-    Draws draws(9);
-    for (int trial = 0; trial < 500; ++trial) {
-        const double near = std::pow(10.0, -3 * std::abs(draws.next()));
-        const Vector3d axis = draws.vector().normalized();
-        const Vector3d other =
-            (axis * (draws.next() > 0 ? 1 : -1) + near * draws.vector()).normalized();
-        const Field logs{kPi * std::abs(draws.next()) * axis, kPi * std::abs(draws.next()) * other};
-        double least = std::numeric_limits<double>::infinity();
-        for (int s = -6; s <= 6; ++s) {
-            for (int t = -6; t <= 6; ++t) {
-                const Vector3d a = logs[0] + 2 * kPi * s * logs[0].normalized();
-                const Vector3d b = logs[1] + 2 * kPi * t * logs[1].normalized();
-                least = std::min(least, (a - b).squaredNorm());
-            }
-        }
-        EXPECT_NEAR(TurnProblem(pair, logs).lower_bound(), least, 1e-10);
-    }
 }
 
 // A smooth field of several turns around one axis comes back as it was made.
@@ -226,21 +177,6 @@ TEST(Consistency, HalfTurnsAgreeOnTheSignOfTheirAxis) {
     const ConsistencySummary summary = make_consistent(graph_of(mesh), r);
     EXPECT_GT(summary.principal_energy, 1000);
     for (const Vector3d& v : r) EXPECT_LT(largest(v - root), 1e-12);
-}
-
-// The region beyond the cut carries one common jump: no single vertex can mend it, a cluster can.
-TEST(Consistency, ClustersMoveWhereSingleVerticesCannot) {
-    const TriangleMesh mesh = shapes::grid(12, 6);
-    const ConsistencyGraph graph = graph_of(mesh);
-    const Field logs(mesh.vertices.size(), Vector3d(0, 0, 1));
-    const TurnProblem problem(graph, logs);
-    TurnProblem::Turns turns(logs.size(), 0);
-    for (std::size_t i = 0; i < turns.size(); ++i) turns[i] = mesh.vertices[i][0] > 5 ? -1 : 0;
-    const double cut = problem.energy(turns);
-    polish_vertices(problem, turns);
-    ASSERT_NEAR(problem.energy(turns), cut, 1e-9);
-    EXPECT_TRUE(polish_clusters(problem, problem.orientation(), turns));
-    EXPECT_EQ(problem.energy(turns), 0);
 }
 
 // The relaxation of a field of equal rotations is that field.

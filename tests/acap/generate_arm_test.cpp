@@ -3,72 +3,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
-#include <set>
 
-#include "mscomp/acap/generate.h"
-#include "mscomp/acap/mesh/mesh_io.h"
-#include "mscomp/base/atomic_file.h"
+#include "generated_cases.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/base/safetensors.h"
 
 namespace mscomp {
 namespace {
 
+using namespace cases;
+
 const GeneratedSequence& arm() {
     static const GeneratedSequence generated = generate_arm();
     return generated;
-}
-
-Point minus(const Point& p, const Point& q) { return {p[0] - q[0], p[1] - q[1], p[2] - q[2]}; }
-Point cross(const Point& u, const Point& v) {
-    return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-}
-double dot(const Point& u, const Point& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
-double norm(const Point& u) { return std::sqrt(dot(u, u)); }
-
-/// (F) areas of the faces.
-std::vector<double> areas(const std::vector<Point>& points, const std::vector<Face>& faces) {
-    std::vector<double> result;
-    for (const Face& f : faces) {
-        const Point& p = points[static_cast<std::size_t>(f[0])];
-        const Point& q = points[static_cast<std::size_t>(f[1])];
-        const Point& r = points[static_cast<std::size_t>(f[2])];
-        result.push_back(norm(cross(minus(q, p), minus(r, p))) / 2);
-    }
-    return result;
-}
-
-double mean(const std::vector<double>& values) {
-    double sum = 0;
-    for (const double value : values) sum += value;
-    return sum / static_cast<double>(values.size());
-}
-
-float weight(const GeneratedSequence& g, int frame, int component) {
-    return g.weights[static_cast<std::size_t>(frame * g.component_count() + component)];
-}
-
-float support(const GeneratedSequence& g, int component, int vertex) {
-    return g.supports[static_cast<std::size_t>(component) *
-                          static_cast<std::size_t>(g.sequence.vertex_count()) +
-                      static_cast<std::size_t>(vertex)];
-}
-
-int component_named(const GeneratedSequence& g, const std::string& name) {
-    const auto at = std::find(g.component_names.begin(), g.component_names.end(), name);
-    return static_cast<int>(at - g.component_names.begin());
-}
-
-/// Components by the share of the vertices they reach.
-double support_share(const GeneratedSequence& g, int component) {
-    int reached = 0;
-    for (int i = 0; i < g.sequence.vertex_count(); ++i) reached += support(g, component, i) > 0;
-    return static_cast<double>(reached) / g.sequence.vertex_count();
 }
 
 TEST(Arm, HasTheSizeAskedFor) {
@@ -79,36 +28,12 @@ TEST(Arm, HasTheSizeAskedFor) {
     EXPECT_GE(generate_arm(2, 0, 500).sequence.vertex_count(), 500);
 }
 
-// Closed, orientable, of genus 0: every edge once in each direction, V - E + F = 2.
-TEST(Arm, IsATopologicalSphere) {
-    std::map<std::array<int, 2>, int> sides;
-    std::set<int> used;
-    for (const Face& f : arm().sequence.faces) {
-        for (std::size_t k = 0; k < 3; ++k) ++sides[{f[k], f[(k + 1) % 3]}];
-        used.insert(f.begin(), f.end());
-    }
-    for (const auto& [side, count] : sides) {
-        EXPECT_EQ(count, 1);
-        EXPECT_TRUE(sides.contains({side[1], side[0]}));
-    }
-    const int V = arm().sequence.vertex_count();
-    EXPECT_EQ(static_cast<int>(used.size()), V);
-    EXPECT_EQ(
-        V - static_cast<int>(sides.size()) / 2 + static_cast<int>(arm().sequence.faces.size()), 2);
-}
-
-// Outward: the volume by the divergence theorem is positive.
-TEST(Arm, HasItsFacesTurnedOutwards) {
-    double volume = 0;
-    const std::vector<Point>& points = arm().sequence.shapes[0];
-    for (const Face& f : arm().sequence.faces) {
-        volume += dot(points[static_cast<std::size_t>(f[0])],
-                      cross(points[static_cast<std::size_t>(f[1])],
-                            points[static_cast<std::size_t>(f[2])])) /
-                  6;
-    }
-    EXPECT_GT(volume, 8);
-    EXPECT_LT(volume, 30);
+TEST(Arm, IsATopologicalSphereTurnedOutwards) {
+    EXPECT_TRUE(is_oriented_manifold(arm().sequence.faces));
+    EXPECT_EQ(boundary_edges(arm().sequence.faces), 0);
+    EXPECT_EQ(euler_characteristic(arm().sequence), 2);
+    EXPECT_GT(volume(arm().sequence.shapes[0], arm().sequence.faces), 8);
+    EXPECT_LT(volume(arm().sequence.shapes[0], arm().sequence.faces), 30);
 }
 
 TEST(Arm, HasEvenTriangles) {
@@ -157,13 +82,7 @@ TEST(Arm, IsBitwiseEqualForAnyNumberOfThreads) {
 
 TEST(Arm, HasSupportsThatAreNeitherEmptyNorEverything) {
     for (int k = 0; k < arm().component_count(); ++k) {
-        float highest = 0;
-        for (int i = 0; i < arm().sequence.vertex_count(); ++i) {
-            const float value = support(arm(), k, i);
-            EXPECT_TRUE(value >= 0 && value <= 1);
-            highest = std::max(highest, value);
-        }
-        EXPECT_EQ(highest, 1) << arm().component_names[static_cast<std::size_t>(k)];
+        EXPECT_EQ(highest_support(arm(), k), 1);
         EXPECT_GT(support_share(arm(), k), 0.005);
         EXPECT_LT(support_share(arm(), k), 0.95);
     }
@@ -202,28 +121,7 @@ TEST(Arm, StandsStillOutsideTheSupports) {
 // Pearson correlation of any two components over the frames after the first is 0: they swing at
 // different frequencies.
 TEST(Arm, MovesItsComponentsIndependently) {
-    const int N = arm().sequence.shape_count() - 1;
-    const auto centred = [&](int k) {
-        std::vector<double> values;
-        for (int n = 1; n <= N; ++n) values.push_back(static_cast<double>(weight(arm(), n, k)));
-        const double middle = mean(values);
-        for (double& value : values) value -= middle;
-        return values;
-    };
-    const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
-        double sum = 0;
-        for (std::size_t n = 0; n < a.size(); ++n) sum += a[n] * b[n];
-        return sum;
-    };
-    for (int k = 0; k < arm().component_count(); ++k) {
-        const std::vector<double> a = centred(k);
-        EXPECT_GT(product(a, a) / N, 0.05) << "a component that hardly moves";
-        for (int l = 0; l < k; ++l) {
-            const std::vector<double> b = centred(l);
-            const double correlation = product(a, b) / std::sqrt(product(a, a) * product(b, b));
-            EXPECT_TRUE(std::abs(correlation) <= 1e-5) << k << ", " << l;
-        }
-    }
+    EXPECT_TRUE(largest_correlation(arm()) <= 1e-5) << largest_correlation(arm());
 }
 
 TEST(Arm, ReachesTheFullWeightOfEveryComponent) {
@@ -376,29 +274,6 @@ TEST(Arm, SwellsInBulgesAndRipples) {
 TEST(Arm, RefusesTooLittle) {
     EXPECT_THROW(generate_arm(1), UsageError);
     EXPECT_THROW(generate_arm(60, 0, 99), UsageError);
-}
-
-TEST(WriteGenerated, WritesMeshesAndTheirTruth) {
-    const std::string folder = testing::TempDir() + "arm_truth_test";
-    std::filesystem::remove_all(folder);
-    const GeneratedSequence small = generate_arm(3, 5, 400);
-    write_generated(small, folder);
-
-    const TriangleMesh mesh = read_mesh(folder + "/frame_0002.obj");
-    EXPECT_EQ(mesh.faces, small.sequence.faces);
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-        EXPECT_LE(norm(minus(mesh.vertices[i], small.sequence.shapes[2][i])), 1e-7);
-    }
-    const nlohmann::json truth = nlohmann::json::parse(read_file(folder + "/truth.json"));
-    EXPECT_EQ(truth["names"].get<std::vector<std::string>>(), small.component_names);
-    EXPECT_EQ(truth["scales"].get<std::vector<int>>(), small.scales);
-    ASSERT_EQ(truth["weights"].size(), 3u);
-    EXPECT_EQ(truth["weights"][2][1].get<float>(), weight(small, 2, 1));
-    const SafetensorsFile file(folder + "/truth_supports.safetensors");
-    const std::span<const float> supports =
-        file.data<float>("supports", {small.component_count(), small.sequence.vertex_count()});
-    EXPECT_TRUE(std::equal(supports.begin(), supports.end(), small.supports.begin()));
-    std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -79,6 +80,25 @@ inline Point face_normal(const std::vector<Point>& points, const Face& f) {
     const Point& p = points[static_cast<std::size_t>(f[0])];
     return cross(minus(points[static_cast<std::size_t>(f[1])], p),
                  minus(points[static_cast<std::size_t>(f[2])], p));
+}
+
+/// Least cosine between the normals of two faces that share an edge; below 0 the surface folds
+/// over.
+inline double least_fold_cosine(const std::vector<Point>& points, const std::vector<Face>& faces) {
+    std::map<std::array<int, 2>, std::size_t> face_of;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        for (std::size_t k = 0; k < 3; ++k) face_of[{faces[f][k], faces[f][(k + 1) % 3]}] = f;
+    }
+    double least = 1;
+    for (const auto& [side, f] : face_of) {
+        const auto other = face_of.find({side[1], side[0]});
+        if (other == face_of.end()) continue;
+        const Point a = face_normal(points, faces[f]);
+        const Point b = face_normal(points, faces[other->second]);
+        const double cosine = dot(a, b) / (norm(a) * norm(b));
+        if (!(cosine >= least)) least = cosine;
+    }
+    return least;
 }
 
 /// (F) areas of the faces.
@@ -159,6 +179,32 @@ inline double largest_correlation(const GeneratedSequence& g) {
         }
     }
     return worst;
+}
+
+inline double highest_support(const GeneratedSequence& g, int component) {
+    float highest = 0;
+    for (int i = 0; i < g.sequence.vertex_count(); ++i) {
+        const float value = support(g, component, i);
+        EXPECT_TRUE(value >= 0 && value <= 1);
+        highest = std::max(highest, value);
+    }
+    return static_cast<double>(highest);
+}
+
+/// Vertex of another resolution that stands at (nearly) the same place at rest; the distance goes
+/// to `off`.
+inline int nearest_vertex(const GeneratedSequence& g, const Point& place, double& off) {
+    int nearest = 0;
+    off = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < g.sequence.vertex_count(); ++i) {
+        const double distance =
+            norm(minus(g.sequence.shapes[0][static_cast<std::size_t>(i)], place));
+        if (distance < off) {
+            off = distance;
+            nearest = i;
+        }
+    }
+    return nearest;
 }
 
 }  // namespace mscomp::cases

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+#include "turn_cover.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mscomp {
+namespace {
+
+// One turn changes an edge by up to (2π)² = 39: less is rounding.
+constexpr double kGain = 1e-9;
+constexpr double kRounding = 1e-12;
+constexpr double kTurnSquared = kTurn * kTurn;
+
+}  // namespace
+
+TurnCover::TurnCover(const TurnProblem& problem, const Turns& start)
+    : problem_(problem),
+      rings_(problem.graph().rings),
+      turn_(2 * start.size()),
+      value_(2 * start.size()),
+      limits_(start.size()),
+      is_watched_(start.size(), 0),
+      is_open_(2 * start.size(), 0),
+      excess_(2 * start.size(), 0.0),
+      flow_(2 * rings_.neighbors.size(), 0.0),
+      level_(2 * start.size(), -1),
+      next_(2 * start.size(), 0) {
+    for (const int root : problem.graph().roots) {
+        limits_[static_cast<std::size_t>(root)] = {0, 0};
+    }
+    for (std::size_t i = 0; i < start.size(); ++i) {
+        turn_[2 * i] = turn_[2 * i + 1] = start[i];
+        value_[2 * i] = problem.angle(static_cast<int>(i)) + kTurn * start[i];
+        value_[2 * i + 1] = -value_[2 * i];
+    }
+    // Down is up seen from the other copy.
+    for (std::size_t node = 0; node < turn_.size(); ++node) {
+        open(node);
+        if (excess_[node] > kRounding) watch(static_cast<int>(node / 2));
+    }
+    forget_flow();
+}
+
+std::size_t TurnCover::head(std::size_t place, std::size_t tail) const {
+    const std::size_t turned = problem_.cosines()[place] < 0 ? 1 : 0;
+    return 2 * static_cast<std::size_t>(rings_.neighbors[place]) + ((tail & 1) ^ turned);
+}
+
+// Moving X by y and Y by z turns, y and z in {0, 1}, costs α y + β z - w y z more, with
+// α = 4π (X - c Y) + 4π², β likewise and w = 8π² c. Written as p y (1 - z) + q z (1 - y)
+// + (α - p) y + (β - q) z with p + q = w the first two are arcs. Any p in [0, w] will do; with
+// this one the rest is negative only if the edge itself has something to gain, and is shared.
+double TurnCover::capacity(std::size_t place, std::size_t tail, std::size_t head) const {
+    const double c = std::abs(problem_.cosines()[place]);
+    const double weight = 2 * kTurnSquared * c;
+    const double difference = direction_ * (value_[tail] - value_[head]);
+    return std::clamp(0.5 * weight + kTurn * (1 + c) * difference, 0.0, weight);
+}
+
+void TurnCover::open(std::size_t node) {
+    is_open_[node] = 1;
+    opened_.push_back(node);
+    const std::size_t vertex = node / 2;
+    const int step = (node & 1) == 0 ? direction_ : -direction_;
+    const int moved = turn_[node] + step;
+    if (moved < limits_[vertex].lower || moved > limits_[vertex].upper) {
+        excess_[node] = -std::numeric_limits<double>::infinity();  // may not move
+        return;
+    }
+    double cost = 0;
+    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
+        const auto place = static_cast<std::size_t>(at);
+        const std::size_t other = head(place, node);
+        const double c = std::abs(problem_.cosines()[place]);
+        const double alone =
+            2 * kTurn * direction_ * (value_[node] - c * value_[other]) + kTurnSquared;
+        cost += alone - capacity(place, node, other);
+    }
+    excess_[node] = -cost;
+}
+
+/// Distances from the sources over arcs with room; false if no sink is reached. The nodes with a
+/// level are then the best set to move.
+bool TurnCover::level_nodes() {
+    for (const std::size_t node : opened_) level_[node] = -1;
+    queue_.clear();
+    for (const std::size_t source : sources_) {
+        if (excess_[source] <= kRounding) continue;
+        level_[source] = 0;
+        next_[source] = rings_.offsets[source / 2];
+        queue_.push_back(source);
+    }
+    int last_level = std::numeric_limits<int>::max();
+    for (std::size_t first = 0; first < queue_.size(); ++first) {
+        const std::size_t node = queue_[first];
+        if (level_[node] >= last_level) break;
+        const std::size_t vertex = node / 2;
+        for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
+            const auto place = static_cast<std::size_t>(at);
+            const std::size_t to = head(place, node);
+            if (is_open_[to] != 0 && level_[to] >= 0) continue;
+            const double room = capacity(place, node, to) - flow_[2 * place + (node & 1)];
+            if (room <= kRounding) continue;
+            if (is_open_[to] == 0) open(to);
+            level_[to] = level_[node] + 1;
+            next_[to] = rings_.offsets[to / 2];
+            queue_.push_back(to);
+            if (excess_[to] < -kRounding) last_level = level_[to];
+        }
+    }
+    return last_level != std::numeric_limits<int>::max();
+}
+
+/// Sends as much of the source's excess as the levels let through.
+void TurnCover::push_from(std::size_t source) {
+    path_.clear();  // places of the rings; the arc's tail is the node before
+    std::size_t node = source;
+    while (excess_[source] > kRounding) {
+        if (excess_[node] < -kRounding) {
+            double amount = std::min(excess_[source], -excess_[node]);
+            std::size_t tail = source;
+            for (const std::size_t place : path_) {
+                const std::size_t to = head(place, tail);
+                amount =
+                    std::min(amount, capacity(place, tail, to) - flow_[2 * place + (tail & 1)]);
+                tail = to;
+            }
+            excess_[source] -= amount;
+            excess_[node] += amount;
+            tail = source;
+            for (const std::size_t place : path_) {
+                const std::size_t to = head(place, tail);
+                const auto back = static_cast<std::size_t>(problem_.graph().reverse[place]);
+                flow_[2 * place + (tail & 1)] += amount;
+                flow_[2 * back + (to & 1)] -= amount;
+                tail = to;
+            }
+            path_.clear();
+            node = source;
+            continue;
+        }
+        const int end = rings_.offsets[node / 2 + 1];
+        bool advanced = false;
+        for (int& at = next_[node]; at < end; ++at) {
+            const auto place = static_cast<std::size_t>(at);
+            const std::size_t to = head(place, node);
+            if (is_open_[to] == 0 || level_[to] != level_[node] + 1) continue;
+            const double room = capacity(place, node, to) - flow_[2 * place + (node & 1)];
+            if (room <= kRounding) continue;
+            path_.push_back(place);
+            node = to;
+            advanced = true;
+            break;
+        }
+        if (advanced) continue;
+        if (path_.empty()) return;
+        level_[node] = -1;  // leads nowhere
+        const auto back = static_cast<std::size_t>(problem_.graph().reverse[path_.back()]);
+        path_.pop_back();
+        node = head(back, node);
+    }
+}
+
+/// What is left of the excess: the gain of moving the nodes that have a level.
+double TurnCover::maximum_flow() {
+    while (level_nodes()) {
+        for (const std::size_t source : sources_) {
+            if (level_[source] == 0) push_from(source);
+        }
+    }
+    double gain = 0;
+    for (const std::size_t source : sources_) gain += std::max(excess_[source], 0.0);
+    return gain;
+}
+
+void TurnCover::forget_flow() {
+    for (const std::size_t node : opened_) {
+        is_open_[node] = 0;
+        level_[node] = -1;
+        const std::size_t vertex = node / 2;
+        for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
+            flow_[2 * static_cast<std::size_t>(at) + (node & 1)] = 0;
+        }
+    }
+    opened_.clear();
+}
+
+bool TurnCover::move_best_set(int direction) {
+    direction_ = direction;
+    sources_.clear();
+    for (const int vertex : watched_) {
+        for (std::size_t copy = 0; copy < 2; ++copy) {
+            const std::size_t node = 2 * static_cast<std::size_t>(vertex) + copy;
+            open(node);
+            if (excess_[node] > kRounding) sources_.push_back(node);
+        }
+    }
+    const double gain = sources_.empty() ? 0 : maximum_flow();
+    if (gain <= kGain) {
+        forget_flow();
+        return false;
+    }
+    std::vector<std::size_t> chosen;
+    for (const std::size_t node : queue_) {
+        if (level_[node] >= 0) chosen.push_back(node);
+    }
+    forget_flow();
+    for (const std::size_t node : chosen) {
+        set_turn(node, turn_[node] + ((node & 1) == 0 ? direction : -direction));
+    }
+    change_ -= 0.5 * gain;
+    return true;
+}
+
+void TurnCover::minimize() {
+    for (bool moved = true; moved;) {
+        moved = false;
+        while (move_best_set(1)) moved = true;
+        while (move_best_set(-1)) moved = true;
+    }
+}
+
+void TurnCover::set_turn(std::size_t node, int turn) {
+    const auto vertex = static_cast<int>(node / 2);
+    steps_.push_back({static_cast<int>(node), turn_[node]});
+    moved_.push_back(vertex);
+    turn_[node] = turn;
+    const double value = problem_.angle(vertex) + kTurn * turn;
+    value_[node] = (node & 1) == 0 ? value : -value;
+    watch_ring(vertex);
+}
+
+void TurnCover::watch(int vertex) {
+    char& known = is_watched_[static_cast<std::size_t>(vertex)];
+    if (known != 0) return;
+    known = 1;
+    watched_.push_back(vertex);
+}
+
+void TurnCover::watch_ring(int vertex) {
+    watch(vertex);
+    const auto v = static_cast<std::size_t>(vertex);
+    for (int at = rings_.offsets[v]; at < rings_.offsets[v + 1]; ++at) {
+        watch(rings_.neighbors[static_cast<std::size_t>(at)]);
+    }
+}
+
+/// Half the energy of the arcs that leave a node.
+double TurnCover::local_energy(std::size_t node) const {
+    const std::size_t vertex = node / 2;
+    double sum = 0;
+    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
+        const auto place = static_cast<std::size_t>(at);
+        const double x = value_[node], y = value_[head(place, node)];
+        sum += 0.5 * (x * x + y * y - 2 * std::abs(problem_.cosines()[place]) * x * y);
+    }
+    return sum;
+}
+
+void TurnCover::confine(int vertex, int lower, int upper) {
+    const auto v = static_cast<std::size_t>(vertex);
+    confined_.push_back({vertex, limits_[v]});
+    limits_[v] = {std::max(lower, limits_[v].lower), std::min(upper, limits_[v].upper)};
+    for (const std::size_t node : {2 * v, 2 * v + 1}) {
+        const int turn = std::clamp(turn_[node], limits_[v].lower, limits_[v].upper);
+        if (turn == turn_[node]) continue;
+        change_ -= local_energy(node);
+        set_turn(node, turn);
+        change_ += local_energy(node);
+    }
+}
+
+void TurnCover::assign(int vertex, int turn) {
+    const auto v = static_cast<std::size_t>(vertex);
+    for (const std::size_t node : {2 * v, 2 * v + 1}) {
+        if (turn_[node] == turn) continue;
+        change_ -= local_energy(node);
+        set_turn(node, turn);
+        change_ += local_energy(node);
+    }
+}
+
+void TurnCover::return_to(const Mark& mark) {
+    while (steps_.size() > mark.steps) {
+        const auto [node, turn] = steps_.back();
+        steps_.pop_back();
+        moved_.pop_back();
+        const auto n = static_cast<std::size_t>(node);
+        turn_[n] = turn;
+        const double value = problem_.angle(node / 2) + kTurn * turn;
+        value_[n] = (node & 1) == 0 ? value : -value;
+    }
+    while (confined_.size() > mark.confined) {
+        limits_[static_cast<std::size_t>(confined_.back().vertex)] = confined_.back().limits;
+        confined_.pop_back();
+    }
+    while (watched_.size() > mark.watched) {
+        is_watched_[static_cast<std::size_t>(watched_.back())] = 0;
+        watched_.pop_back();
+    }
+    change_ = mark.change;
+}
+
+}  // namespace mscomp
