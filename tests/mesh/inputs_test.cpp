@@ -45,7 +45,7 @@ class ExpandInputs : public testing::Test {
   protected:
     void SetUp() override {
         for (const char* name : {"f/frame_10.obj", "f/frame_2.obj", "f/frame_1.ply", "f/notes.txt",
-                                 "f/frame_3.OBJ", "g/x[1].obj"}) {
+                                 "f/frame_3.OBJ", "f/frame_4.off", "g/x[1].obj"}) {
             folder_.put(name, "");
         }
         std::filesystem::create_directories(folder_ / "f/folder.obj");
@@ -66,14 +66,14 @@ class ExpandInputs : public testing::Test {
 };
 
 TEST_F(ExpandInputs, TakesTheMeshesOfAFolderInNaturalOrder) {
-    EXPECT_THAT(expanded({"f"}),
-                ElementsAre("f/frame_1.ply", "f/frame_2.obj", "f/frame_3.OBJ", "f/frame_10.obj"));
+    EXPECT_THAT(expanded({"f"}), ElementsAre("f/frame_1.ply", "f/frame_2.obj", "f/frame_3.OBJ",
+                                             "f/frame_4.off", "f/frame_10.obj"));
 }
 
 TEST_F(ExpandInputs, TakesPatterns) {
     EXPECT_THAT(expanded({"f/frame_*.obj"}), ElementsAre("f/frame_2.obj", "f/frame_10.obj"));
     EXPECT_THAT(expanded({"f/frame_?.*"}),
-                ElementsAre("f/frame_1.ply", "f/frame_2.obj", "f/frame_3.OBJ"));
+                ElementsAre("f/frame_1.ply", "f/frame_2.obj", "f/frame_3.OBJ", "f/frame_4.off"));
     EXPECT_THAT(expanded({"f/frame_[12].*"}), ElementsAre("f/frame_1.ply", "f/frame_2.obj"));
 }
 

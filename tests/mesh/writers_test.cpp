@@ -55,6 +55,48 @@ TEST(WriteObj, KeepsEveryFloatExactly) {
     }
 }
 
+TEST(WriteOff, KeepsEveryFloatExactly) {
+    const TemporaryFolder folder;
+    const TriangleMesh mesh = mesh_of_floats();
+    write_off(folder / "a.off", mesh);
+    const TriangleMesh read = read_mesh(folder / "a.off");
+    ASSERT_EQ(read.vertex_count(), mesh.vertex_count());
+    EXPECT_EQ(read.faces, mesh.faces);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            EXPECT_EQ(std::bit_cast<std::uint32_t>(static_cast<float>(read.vertices[i][axis])),
+                      std::bit_cast<std::uint32_t>(static_cast<float>(mesh.vertices[i][axis])));
+        }
+    }
+}
+
+TEST(WriteOff, WritesTheDocumentedText) {
+    const TemporaryFolder folder;
+    write_off(folder / "a.off", {{{1, 0, -2}, {0, 0.1, 0}, {0, 1e-9, 0}}, {{2, 0, 1}}});
+    EXPECT_EQ(TemporaryFolder::content(folder / "a.off"),
+              "OFF\n3 1 0\n1 0 -2\n0 0.1 0\n0 1e-09 0\n3 2 0 1\n");
+}
+
+// Each extension leads to the writer of that name.
+TEST(WriteMesh, ChoosesTheWriterByTheExtension) {
+    const TemporaryFolder folder;
+    const TriangleMesh mesh = shapes::grid(3, 2);
+    write_obj(folder / "1.obj", mesh);
+    write_ply(folder / "1.ply", mesh);
+    write_off(folder / "1.off", mesh);
+    for (const char* extension : {".obj", ".ply", ".off"}) {
+        const std::string path = folder / ("2" + std::string(extension));
+        write_mesh(path, mesh);
+        EXPECT_EQ(TemporaryFolder::content(path),
+                  TemporaryFolder::content(folder / ("1" + std::string(extension))));
+        EXPECT_EQ(read_mesh(path).vertices, mesh.vertices);
+    }
+    write_mesh(folder / "3.OBJ", mesh);
+    EXPECT_EQ(read_mesh(folder / "3.OBJ").faces, mesh.faces);
+    EXPECT_EQ(thrown_message<UsageError>([&] { write_mesh(folder / "a.stl", mesh); }),
+              (folder / "a.stl") + ": got the extension '.stl', expected .obj, .ply or .off");
+}
+
 TEST(WritePly, KeepsEveryFloatExactly) {
     const TemporaryFolder folder;
     const TriangleMesh mesh = mesh_of_floats();
@@ -102,6 +144,7 @@ TEST(Writers, RefusePositionsThatAreNotFinite) {
     EXPECT_THAT(thrown_message<NumericalError>([&] { write_obj(folder / "a.obj", mesh); }),
                 HasSubstr("a.obj: vertex 3"));
     EXPECT_THROW(write_ply(folder / "a.ply", mesh), NumericalError);
+    EXPECT_THROW(write_off(folder / "a.off", mesh), NumericalError);
     EXPECT_THAT(folder.names(), IsEmpty());
 }
 
