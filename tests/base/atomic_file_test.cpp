@@ -3,12 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <csignal>
 #include <stdexcept>
 
+#include "base/full_disk.h"
 #include "base/temporary_folder.h"
 #include "base/thrown_message.h"
 #include "mscomp/base/error.h"
@@ -19,26 +18,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-/// While it lives, no file of this process can grow beyond `bytes`: the disk is "full".
-class FullDisk {
-  public:
-    explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-        ::getrlimit(RLIMIT_FSIZE, &earlier_);
-        const rlimit limit{bytes, earlier_.rlim_max};
-        ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    FullDisk(const FullDisk&) = delete;
-    FullDisk& operator=(const FullDisk&) = delete;
-    ~FullDisk() {
-        ::setrlimit(RLIMIT_FSIZE, &earlier_);
-        std::signal(SIGXFSZ, handler_);
-    }
-
-  private:
-    void (*handler_)(int);
-    rlimit earlier_{};
-};
 
 TEST(AtomicFile, AppearsOnlyWithCommit) {
     const TemporaryFolder folder;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <stdexcept>
 
@@ -232,6 +233,49 @@ TEST(Safetensors, AWrongHashInTheMetadataIsRefused) {
     const std::string header = R"({"__metadata__":{"xxh3":"0123456789abcdef"},)"
                                R"("a":{"dtype":"U8","shape":[1],"data_offsets":[0,1]}})";
     EXPECT_THAT(message_of(foreign(header, "x")), HasSubstr("checksum"));
+}
+
+TEST(Safetensors, ACheckSeesEveryElementOnceAndInOrder) {
+    const TemporaryFolder folder;
+    std::vector<float> many(3'000'000);  // of several pieces
+    for (std::size_t i = 0; i < many.size(); ++i) many[i] = static_cast<float>(i);
+    SafetensorsWriter writer;
+    writer.add("many", {1000, 3000}, std::span<const float>(many));
+    writer.add("bytes", {3}, std::span<const std::uint8_t>(kBytes));
+    writer.write(folder / "t");
+    std::vector<float> seen;
+    std::vector<std::uint8_t> seen_bytes;
+    const SafetensorsFile file(folder / "t", [&](const SafetensorsPiece& piece) {
+        if (piece.name == "many") {
+            EXPECT_EQ(piece.type, DataType::f32);
+            EXPECT_EQ(piece.shape, (Shape{1000, 3000}));
+            ASSERT_EQ(piece.first, static_cast<std::int64_t>(seen.size()));
+            seen.resize(seen.size() + piece.bytes.size() / sizeof(float));
+            std::memcpy(seen.data() + piece.first, piece.bytes.data(), piece.bytes.size());
+        } else {
+            for (const std::byte b : piece.bytes)
+                seen_bytes.push_back(std::to_integer<std::uint8_t>(b));
+        }
+    });
+    EXPECT_TRUE(seen == many);
+    EXPECT_EQ(seen_bytes, kBytes);
+    EXPECT_TRUE(std::ranges::equal(file.data<float>("many", {1000, 3000}), many));
+}
+
+// A damaged file is called that, whatever else is wrong with it.
+TEST(Safetensors, WhatACheckThrowsComesAfterTheHash) {
+    const TemporaryFolder folder;
+    const std::string path = write_sample(folder / "t");
+    const PieceCheck refuse = [](const SafetensorsPiece& piece) {
+        throw InputError({"x"}, piece.name + " refused");
+    };
+    EXPECT_THAT(thrown_message<InputError>([&] { SafetensorsFile file(path, refuse); }),
+                HasSubstr("doubles refused"));
+    std::string altered = TemporaryFolder::content(path);
+    altered.back() = static_cast<char>(altered.back() ^ 1);
+    folder.put("t", altered);
+    EXPECT_THAT(thrown_message<InputError>([&] { SafetensorsFile file(path, refuse); }),
+                HasSubstr("checksum"));
 }
 
 TEST(Safetensors, AskingForWhatIsNotThereSaysWhatIs) {
