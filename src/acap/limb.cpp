@@ -95,19 +95,6 @@ void stitch(Limb& limb, const Ring& lower, const Ring& upper) {
     }
 }
 
-std::vector<Vector3d> vertex_normals(const TriangleMesh& mesh) {
-    const auto at = [&mesh](int i) {
-        return Eigen::Map<const Vector3d>(mesh.vertices[static_cast<std::size_t>(i)].data());
-    };
-    std::vector<Vector3d> normals(mesh.vertices.size(), Vector3d::Zero());
-    for (const Face& f : mesh.faces) {
-        const Vector3d normal = (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0]));
-        for (const int i : f) normals[static_cast<std::size_t>(i)] += normal;
-    }
-    for (Vector3d& normal : normals) normal.normalize();
-    return normals;
-}
-
 Limb limb_with_edge_length(double edge_length) {
     Limb limb;
     for (const double height : even_heights(edge_length * std::sqrt(0.75))) {
@@ -133,6 +120,19 @@ Limb limb_with_edge_length(double edge_length) {
 }
 
 }  // namespace
+
+std::vector<Vector3d> vertex_normals(const TriangleMesh& mesh) {
+    const auto at = [&mesh](int i) {
+        return Eigen::Map<const Vector3d>(mesh.vertices[static_cast<std::size_t>(i)].data());
+    };
+    std::vector<Vector3d> normals(mesh.vertices.size(), Vector3d::Zero());
+    for (const Face& f : mesh.faces) {
+        const Vector3d normal = (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0]));
+        for (const int i : f) normals[static_cast<std::size_t>(i)] += normal;
+    }
+    for (Vector3d& normal : normals) normal.normalize();
+    return normals;
+}
 
 double smooth_step(double s, double from, double to) {
     const double x = std::clamp((s - from) / (to - from), 0.0, 1.0);

@@ -29,6 +29,9 @@ struct Limb {
 /// The coarsest limb with at least `vertices` vertices.
 Limb limb_with_vertices(int vertices);
 
+/// (V) unit normals, faces weighted by their area.
+std::vector<Eigen::Vector3d> vertex_normals(const TriangleMesh& mesh);
+
 /// Rises smoothly from 0 at `from` to 1 at `to`.
 double smooth_step(double s, double from, double to);
 

@@ -55,7 +55,16 @@ const std::vector<Generator>& generators() {
          [](int frames, int vertices, const GenerateCommand& options) {
              return generate_arm(frames, options.seed, vertices);
          }},
-        {"twist", "a slender bar twisted by several turns", 60, 1000, true,
+        {"cloth", "a flat sheet with travelling folds, curling corners and wrinkles", 60, 3000,
+         false,
+         [](int frames, int vertices, const GenerateCommand& options) {
+             return generate_cloth(frames, options.seed, vertices);
+         }},
+        {"face", "a head with overlapping expressions", 60, 3000, false,
+         [](int frames, int vertices, const GenerateCommand& options) {
+             return generate_face(frames, options.seed, vertices);
+         }},
+        {"twist", "a slender bar twisted by several turns", 60, 400, true,
          [](int frames, int vertices, const GenerateCommand& options) {
              return generate_twist(frames, options.seed, vertices, twist_options(options));
          }}};

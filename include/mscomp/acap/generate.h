@@ -45,6 +45,18 @@ struct GeneratedSequence {
 /// `seed` draws who moves how fast and when. Throws UsageError if frames < 2 or vertices < 100.
 GeneratedSequence generate_arm(int frames = 60, std::uint64_t seed = 0, int vertices = 3000);
 
+/// A sheet of 14 x 9 units with a boundary, exactly flat in frame 0 (z = 0). Coarse: both sides
+/// swing, two folds a quarter of a wave apart travel through the middle, the corners curl up; all
+/// by bending without stretching. Fine: six patches of wrinkles along the normal, which stretch by
+/// a few percent. Weights and errors as for the arm.
+GeneratedSequence generate_cloth(int frames = 60, std::uint64_t seed = 0, int vertices = 3000);
+
+/// A head (closed manifold, about 2 units high, +y up, looking to +z, no neck) whose triangles are
+/// smaller in front. Coarse: the jaw opens and slides, the forehead rises, cheeks and lips move;
+/// fine: one side's or one part's expressions. All supports overlap others. The jaw turns, all else
+/// moves along a fixed direction per vertex. Weights and errors as for the arm.
+GeneratedSequence generate_face(int frames = 60, std::uint64_t seed = 0, int vertices = 3000);
+
 struct TwistOptions {
     double turns = 3;  // of the far end in the last frame, negative: the other way round
     double tilt = 0;  // degrees by which the axis of rotation leans over, from one end to the other
@@ -62,7 +74,7 @@ struct TwistOptions {
 /// the bar, which lies oblique and bends into a coil; its middle line keeps its length. `seed`
 /// draws the noise, which spares frame 0. One component, `twist`. Throws UsageError if frames < 2,
 /// vertices < 100, an option is out of range, or two rings are half a turn or more apart.
-GeneratedSequence generate_twist(int frames = 60, std::uint64_t seed = 0, int vertices = 1000,
+GeneratedSequence generate_twist(int frames = 60, std::uint64_t seed = 0, int vertices = 400,
                                  const TwistOptions& options = {});
 
 /// Writes frame_0000.obj ... into `folder`, and beside them truth.json (names, scales, weights) and
