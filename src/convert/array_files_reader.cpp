@@ -178,16 +178,18 @@ class NpzReader {
     }
 
     std::string weights_if_any() {
-        const auto found = load_if_any("weights", {});
-        if (!found) return "";
-        const std::string name = found->array.texts().front();
+        if (!entries_.contains("weights")) return "";
+        const OwnedArray found = load("weights");
+        // Some functions of numpy make a list of one out of a single entry.
+        if (!found.array.shape.empty()) require_shape(found.array.shape, {1}, found.array.path);
+        const std::string name = found.array.texts().front();
         for (const EdgeWeights known :
              {EdgeWeights::cotangent, EdgeWeights::authors, EdgeWeights::uniform}) {
             if (name == to_string(known)) return name;
         }
-        throw InputError({found->array.path}, fmt::format("got '{}', wanted cotangent, authors or "
-                                                          "uniform",
-                                                          name));
+        throw InputError({found.array.path}, fmt::format("got '{}', wanted cotangent, authors or "
+                                                         "uniform",
+                                                         name));
     }
 
     OwnedArray load_either(const std::string& name, const std::string& other) {
