@@ -15,6 +15,8 @@ namespace {
 // the median deviation of the logarithm stays below 0.08, and no edge of a quarter of the shape's
 // radius is four times as long as the others would have it.
 constexpr double kSpread = 0.25;         // median deviation of log ratios
+constexpr double kSpreadIfLong = 0.15;   // where most edges also span half the shape's radius:
+constexpr double kSpanning = 0.5;        // pairs drawn at random on a sphere reach only 0.24
 constexpr double kLongerThanSize = 1.6;  // median ratio over size ratio
 constexpr double kLongRatio = 4.0;
 constexpr double kLongShare = 0.25;  // of the RMS radius of the shape
@@ -110,6 +112,12 @@ bool EdgeStretchTest::fits_better_shifted(const std::vector<Point>& shape,
     return false;
 }
 
+double EdgeStretchTest::median_length(const std::vector<double>& ratios) const {
+    std::vector<double> logs(ratios);
+    for (std::size_t k = 0; k < edges_.size(); ++k) logs[k] += edges_[k].log_length;
+    return std::exp(median_of(std::move(logs)));
+}
+
 int EdgeStretchTest::first_out_of_place(const std::vector<double>& ratios,
                                         double log_size_ratio) const {
     std::vector<int> edges(vertex_count_, 0), longer(vertex_count_, 0);
@@ -163,8 +171,10 @@ EdgeStretch EdgeStretchTest::compare(const std::vector<Point>& shape) const {
             ++seam_edges;
         }
     }
-    const bool scrambled = median_deviation(ratios, median) > kSpread &&
-                           result.median_ratio > kLongerThanSize * result.size_ratio;
+    const double spread = median_deviation(ratios, median);
+    const bool scrambled = result.median_ratio > kLongerThanSize * result.size_ratio &&
+                           (spread > kSpread ||
+                            (spread > kSpreadIfLong && median_length(ratios) > kSpanning * radius));
     result.permuted = scrambled || seam_edges >= kSeamEdges || fits_better_shifted(shape, ratios);
     if (result.permuted) {
         const double usual = scrambled ? std::log(result.size_ratio) : median;

@@ -36,6 +36,7 @@ class EdgeStretchTest {
     std::vector<double> log_ratios(const std::vector<Point>& shape, std::size_t shift) const;
     bool fits_better_shifted(const std::vector<Point>& shape,
                              const std::vector<double>& ratios) const;
+    double median_length(const std::vector<double>& ratios) const;
     int first_out_of_place(const std::vector<double>& ratios, double log_size_ratio) const;
 
     std::size_t vertex_count_;

@@ -80,7 +80,7 @@ void print_summary(const CheckReport& report) {
     fmt::print("shapes        {}{}\n", report.files,
                report.usable == report.files
                    ? ""
-                   : fmt::format(", of which {} can be used", report.usable));
+                   : fmt::format(", {} of them can be used", report.usable));
     if (report.reference.empty()) return;
     fmt::print("reference     {}\n", report.reference);
     fmt::print("vertices      {}\n", report.vertices);
