@@ -88,14 +88,14 @@ TEST(Cloth, BendsWithoutStretchingOutsideTheWrinkles) {
 TEST(Cloth, StretchesLittleInTheWrinkles) {
     for (int n = 1; n < cloth().sequence.shape_count(); ++n) {
         const auto [shortest, longest] = length_ratios(cloth(), n, [](int) { return true; });
-        EXPECT_GE(shortest, 0.8) << "frame " << n;
-        EXPECT_LE(longest, 1.2) << "frame " << n;
+        EXPECT_GE(shortest, 0.85) << "frame " << n;
+        EXPECT_LE(longest, 1.13) << "frame " << n;
     }
 }
 
 TEST(Cloth, DoesNotFoldOver) {
     for (const auto& shape : cloth().sequence.shapes) {
-        EXPECT_GT(least_fold_cosine(shape, cloth().sequence.faces), 0.2);
+        EXPECT_GT(least_fold_cosine(shape, cloth().sequence.faces), 0.5);
     }
 }
 
