@@ -118,6 +118,7 @@ void for_each_entry(const NpyArray& array, std::int64_t first, std::int64_t coun
         for (std::int64_t i = first * row; i < (first + count) * row; ++i) use(i);
         return;
     }
+    if (row == 0) return;  // then the other lengths may be too large to multiply
     Shape index(rank, 0), strides(rank, 1);
     for (std::size_t axis = 1; axis < rank; ++axis) {
         strides[axis] = strides[axis - 1] * array.shape[axis - 1];

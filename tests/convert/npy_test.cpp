@@ -180,6 +180,12 @@ TEST(Npy, RefusesTypesItDoesNotKnow) {
     }
 }
 
+TEST(Npy, EmptyArraysHaveNoEntriesHoweverLongTheOtherAxes) {
+    const std::string file = numpy_file(
+        "{'descr': '<f8', 'fortran_order': True, 'shape': (4, 9223372036854775807, 9, 0), }", "");
+    EXPECT_THAT(parse_npy(bytes_of(file), "x").doubles(0, 4), ElementsAre());
+}
+
 // A hostile shape is measured against the file before anything is allocated.
 TEST(Npy, RefusesShapesThatDoNotMatchTheData) {
     EXPECT_THAT(refusal(numpy_floats("(2, 3)", 5)), AllOf(HasSubstr("24 bytes"), HasSubstr("20")));
