@@ -177,6 +177,11 @@ std::span<const float> FeatureFile::vertices(int index) const {
     return state_->row(state_->vertices, index);
 }
 
+void FeatureFile::forget(int index) const {
+    state_->file.forget(std::as_bytes(shape(index)));
+    state_->file.forget(std::as_bytes(vertices(index)));
+}
+
 FeatureSet read_features(const std::string& path) {
     const FeatureFile file(path);
     FeatureSet set = file.outline();
@@ -187,6 +192,7 @@ FeatureSet read_features(const std::string& path) {
         const std::span<const float> features = file.shape(n), vertices = file.vertices(n);
         set.features.insert(set.features.end(), features.begin(), features.end());
         set.vertices.insert(set.vertices.end(), vertices.begin(), vertices.end());
+        file.forget(n);
     }
     return set;
 }

@@ -88,15 +88,25 @@ struct FeatureFileWriter::State {
     std::int64_t first_of(int shape, int width) const { return shape * vertex_count * width; }
 
     /// All warnings, or as many as there is room for and the number of the others.
-    Metadata warnings_that_fit(std::vector<std::string> warnings) const {
-        Metadata metadata{{"warnings", json_list(warnings)}};
-        for (std::size_t left_out = 1; !writer.has_room_for(metadata); ++left_out) {
-            if (left_out > 1) warnings.pop_back();
-            warnings.back() =
-                fmt::format("{} further warnings did not fit into the file", left_out);
-            metadata["warnings"] = json_list(warnings);
+    Metadata warnings_that_fit(const std::vector<std::string>& warnings) const {
+        Metadata all{{"warnings", json_list(warnings)}};
+        if (writer.has_room_for(all)) return all;
+        Metadata best;
+        for (std::size_t low = 0, high = warnings.size(); low < high;) {
+            const std::size_t kept = low + (high - low) / 2;
+            std::vector<std::string> shortened(
+                warnings.begin(), warnings.begin() + static_cast<std::ptrdiff_t>(kept));
+            shortened.push_back(fmt::format("{} further warnings did not fit into the file",
+                                            warnings.size() - kept));
+            Metadata metadata{{"warnings", json_list(shortened)}};
+            if (writer.has_room_for(metadata)) {
+                best = std::move(metadata);
+                low = kept + 1;
+            } else {
+                high = kept;
+            }
         }
-        return metadata;
+        return best;
     }
 
     std::string path;

@@ -186,6 +186,14 @@ const Shape& SafetensorsFile::shape(const std::string& name) const {
     return mapping_->find(name).shape;
 }
 
+void SafetensorsFile::forget(std::span<const std::byte> data) const {
+    const std::span<const std::byte> whole = mapping_->file.bytes();
+    // What had to be copied to be aligned stays.
+    if (data.data() < whole.data() || data.data() >= whole.data() + whole.size()) return;
+    const auto begin = static_cast<std::size_t>(data.data() - whole.data());
+    mapping_->file.forget(begin, begin + data.size());
+}
+
 std::span<const std::byte> SafetensorsFile::bytes(const std::string& name, DataType type,
                                                   const Shape& shape) const {
     const Mapping::Place& place = mapping_->find(name);

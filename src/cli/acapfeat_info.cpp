@@ -44,6 +44,7 @@ Extremes extremes_of_shape(const FeatureFile& file, int shape) {
         extremes.add({values[k], shape, static_cast<int>(k / kFeatureDim),
                       static_cast<int>(k % kFeatureDim)});
     }
+    file.forget(shape);
     return extremes;
 }
 

@@ -9,6 +9,9 @@
 #include <mutex>
 
 #include "acap_cases.h"
+#include "base/temporary_folder.h"
+#include "base/thrown_message.h"
+#include "mscomp/acap/feature_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 
@@ -186,28 +189,112 @@ TEST(Extract, CommutesWithRenumberingTheVertices) {
     }
 }
 
-TEST(Extract, IsBitIdenticalForAnyNumberOfThreads) {
-    const TriangleMesh mesh = bumpy_sphere(2);
+// Shapes that twist up to several turns, so that turns have to be chosen.
+std::vector<TriangleMesh> turning_shapes(int count) {
     std::vector<TriangleMesh> shapes;
-    for (int n = 0; n < 9; ++n) {
-        shapes.push_back(mapped(mesh, [=](const Vector3d& p) -> Vector3d {
+    for (int n = 0; n < count; ++n) {
+        shapes.push_back(mapped(bumpy_sphere(2), [=](const Vector3d& p) -> Vector3d {
             return rotation_about({1, 0.1 * n, 0}, 0.9 * n * p.x()) * p;
         }));
     }
-    std::vector<FeatureSet> results;
+    return shapes;
+}
+
+void expect_same_bits(const FeatureSet& got, const FeatureSet& wanted) {
+    EXPECT_EQ(std::memcmp(got.features.data(), wanted.features.data(),
+                          wanted.features.size() * sizeof(float)),
+              0);
+    EXPECT_EQ(got.vertices, wanted.vertices);
+    EXPECT_EQ(got.rotation, wanted.rotation);
+    EXPECT_EQ(got.translation, wanted.translation);
+    EXPECT_EQ(got.principal_energy, wanted.principal_energy);
+    EXPECT_EQ(got.propagation_energy, wanted.propagation_energy);
+    EXPECT_THAT(got.relaxation_energy,
+                testing::Pointwise(testing::NanSensitiveDoubleEq(), wanted.relaxation_energy));
+    EXPECT_EQ(got.consistency_energy, wanted.consistency_energy);
+    EXPECT_EQ(got.consistency_gap, wanted.consistency_gap);
+    EXPECT_EQ(got.largest_jump, wanted.largest_jump);
+    EXPECT_EQ(got.warnings, wanted.warnings);
+}
+
+TEST(Extract, IsBitIdenticalForAnyNumberOfThreadsInMemoryAndInAFile) {
+    const std::vector<TriangleMesh> shapes = turning_shapes(21);  // more than a chunk of one thread
+    const MeshSequence sequence = sequence_of(shapes);
+    set_thread_count(1);
+    const FeatureSet wanted = extract_features(sequence, shapes[0].vertices);
+    EXPECT_GT(*std::max_element(wanted.largest_jump.begin(), wanted.largest_jump.end()), 1);
+    const TemporaryFolder folder;
     for (const int threads : {1, 2, 7}) {
         set_thread_count(threads);
-        results.push_back(extract_features(sequence_of(shapes), mesh.vertices));
+        expect_same_bits(extract_features(sequence, shapes[0].vertices), wanted);
+        const SequenceSource source(sequence);
+        FeatureFileWriter file(folder / "f", feature_outline(source, shapes[0].vertices));
+        const FeatureSet rest = extract_features(source, shapes[0].vertices, {}, file);
+        EXPECT_TRUE(rest.features.empty());
+        file.finish(rest);
+        expect_same_bits(read_features(folder / "f"), wanted);
     }
     set_thread_count(0);
-    for (const FeatureSet& set : results) {
-        EXPECT_EQ(std::memcmp(set.features.data(), results[0].features.data(),
-                              set.features.size() * sizeof(float)),
-                  0);
-        EXPECT_EQ(set.vertices, results[0].vertices);
-        EXPECT_EQ(set.consistency_energy, results[0].consistency_energy);
-        EXPECT_EQ(set.consistency_gap, results[0].consistency_gap);
-        EXPECT_EQ(set.largest_jump, results[0].largest_jump);
+}
+
+// The energies of one shape: the result is never above any start, never below the bound.
+TEST(Extract, EnergiesAreInOrder) {
+    const std::vector<TriangleMesh> shapes = turning_shapes(9);
+    const FeatureSet set = extract_features(sequence_of(shapes), shapes[0].vertices);
+    for (std::size_t n = 0; n < shapes.size(); ++n) {
+        const double energy = set.consistency_energy[n], rounding = 1e-6 * (1 + energy);
+        EXPECT_TRUE(energy <= set.principal_energy[n] + rounding) << n;
+        EXPECT_TRUE(energy <= set.propagation_energy[n] + rounding) << n;
+        EXPECT_FALSE(energy > set.relaxation_energy[n] + rounding) << n;
+        EXPECT_TRUE(set.consistency_gap[n] >= -rounding) << n;
+    }
+}
+
+/// Shapes of which one cannot be read.
+class BrokenSource final : public ShapeSource {
+  public:
+    BrokenSource(const MeshSequence& sequence, int broken) : sequence_(sequence), broken_(broken) {}
+    const std::vector<std::string>& names() const override { return sequence_.names; }
+    const std::vector<Face>& faces() const override { return sequence_.faces; }
+    int vertex_count() const override { return sequence_.vertex_count(); }
+    std::vector<Point> shape(int index) const override {
+        if (index == broken_) throw InputError({"late.obj", 7}, "broken");
+        return sequence_.shapes[at(index)];
+    }
+
+  private:
+    const MeshSequence& sequence_;
+    int broken_;
+};
+
+TEST(Extract, AShapeThatCannotBeReadLeavesNoFile) {
+    const MeshSequence sequence = sequence_of(turning_shapes(5));
+    const TemporaryFolder folder;
+    for (const int broken : {0, 4}) {
+        const BrokenSource source(sequence, broken);
+        const std::string message = thrown_message<InputError>([&] {
+            FeatureFileWriter file(folder / "f", feature_outline(source, sequence.shapes[0]));
+            extract_features(source, sequence.shapes[0], {}, file);
+        });
+        EXPECT_EQ(message, "late.obj:7: broken");
+        EXPECT_THAT(folder.names(), testing::IsEmpty());
+    }
+}
+
+// What progress throws comes through at any time: so an extraction is stopped.
+TEST(Extract, CanBeStoppedAtEveryStep) {
+    const std::vector<TriangleMesh> shapes = turning_shapes(4);
+    struct Stop {};
+    int steps = 0;
+    extract_features(sequence_of(shapes), shapes[0].vertices, {}, [&](int, int) { ++steps; });
+    EXPECT_GE(steps, 12);
+    for (int last = 1; last <= steps; ++last) {
+        int step = 0;
+        EXPECT_THROW(extract_features(sequence_of(shapes), shapes[0].vertices, {},
+                                      [&](int, int) {
+                                          if (++step == last) throw Stop{};
+                                      }),
+                     Stop);
     }
 }
 

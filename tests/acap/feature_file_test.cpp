@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <utility>
@@ -34,6 +36,9 @@ FeatureSet sample() {
     set.rotation = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, -1, 0, 1, 0, 0, 0, 0, 1}};
     set.translation = {{0, 0, 0}, {0.1, -0.2, 7}};
     set.weights = "authors";
+    set.principal_energy = {0, 1095};
+    set.propagation_energy = {0.5, 20};
+    set.relaxation_energy = {std::numeric_limits<double>::quiet_NaN(), 21};  // NaN: not needed
     set.consistency_energy = {0, 19.75};
     set.consistency_gap = {0, 0.5};
     set.largest_jump = {0, 0.6};
@@ -50,6 +55,10 @@ void expect_equal(const FeatureSet& got, const FeatureSet& expected) {
     EXPECT_EQ(got.rotation, expected.rotation);
     EXPECT_EQ(got.translation, expected.translation);
     EXPECT_EQ(got.weights, expected.weights);
+    EXPECT_EQ(got.principal_energy, expected.principal_energy);
+    EXPECT_EQ(got.propagation_energy, expected.propagation_energy);
+    EXPECT_THAT(got.relaxation_energy,
+                testing::Pointwise(testing::NanSensitiveDoubleEq(), expected.relaxation_energy));
     EXPECT_EQ(got.consistency_energy, expected.consistency_energy);
     EXPECT_EQ(got.consistency_gap, expected.consistency_gap);
     EXPECT_EQ(got.largest_jump, expected.largest_jump);
@@ -77,9 +86,10 @@ TEST(FeatureFile, HoldsTheDocumentedTensors) {
     EXPECT_EQ(kind("faces"), std::pair(DataType::i32, Shape({2, 3})));
     EXPECT_EQ(kind("rotation"), std::pair(DataType::f64, Shape({2, 3, 3})));
     EXPECT_EQ(kind("translation"), std::pair(DataType::f64, Shape({2, 3})));
-    EXPECT_EQ(kind("consistency_energy"), std::pair(DataType::f64, Shape({2})));
-    EXPECT_EQ(kind("consistency_gap"), std::pair(DataType::f64, Shape({2})));
-    EXPECT_EQ(kind("largest_jump"), std::pair(DataType::f64, Shape({2})));
+    for (const char* name : {"principal_energy", "propagation_energy", "relaxation_energy",
+                             "consistency_energy", "consistency_gap", "largest_jump"}) {
+        EXPECT_EQ(kind(name), std::pair(DataType::f64, Shape({2}))) << name;
+    }
     EXPECT_EQ(file.metadata().at("format_version"), "1");
     EXPECT_EQ(file.metadata().at("layout"), "rx ry rz s11 s12 s13 s22 s23 s33");
     EXPECT_EQ(file.metadata().at("weights"), "authors");
@@ -122,6 +132,7 @@ struct ForeignFile {
         if (name == "faces") return raw(set.reference.faces);
         if (name == "rotation") return raw(set.rotation);
         if (name == "translation") return raw(set.translation);
+        if (name == "relaxation_energy") return raw(set.relaxation_energy);
         return raw(set.largest_jump);
     }
 };
@@ -139,6 +150,9 @@ TEST(FeatureFile, OfAnotherProgramIsReadWithDefaultsForWhatItLacks) {
     FeatureSet expected = sample();
     expected.names = {"shape_0000", "shape_0001"};
     expected.weights = "cotangent";
+    expected.principal_energy.clear();
+    expected.propagation_energy.clear();
+    expected.relaxation_energy.clear();
     expected.consistency_energy.clear();
     expected.consistency_gap.clear();
     expected.largest_jump.clear();
@@ -166,6 +180,43 @@ TEST(FeatureFile, RefusesNumbersThatAreNotFiniteAndSaysWhere) {
     file = {};
     file.set.translation[0][2] = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THAT(message_of(file), HasSubstr("translation[0, 2] is nan"));
+}
+
+// Only the energy of the relaxation is not a number where there was no need for one.
+TEST(FeatureFile, KnowsWhichNumbersPerShapeMayBeMissing) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    ForeignFile file;
+    file.shapes.emplace_back("relaxation_energy", "[2]");
+    file.set.relaxation_energy = {1, kNaN};
+    const TemporaryFolder folder;
+    EXPECT_TRUE(std::isnan(read_features(folder.put("f", file.bytes())).relaxation_energy[1]));
+    file.set.relaxation_energy = {1, std::numeric_limits<double>::infinity()};
+    EXPECT_THAT(message_of(file), HasSubstr("relaxation_energy[1] is inf"));
+    file = {};
+    file.shapes.emplace_back("largest_jump", "[2]");
+    file.set.largest_jump = {kNaN, 1};
+    EXPECT_THAT(message_of(file), HasSubstr("largest_jump[0] is nan"));
+}
+
+TEST(FeatureFile, HandsOutTheRowsThatReadFeaturesCopies) {
+    const TemporaryFolder folder;
+    write_features(folder / "f", sample());
+    const FeatureFile file(folder / "f");
+    EXPECT_EQ(file.shape_count(), 2);
+    EXPECT_EQ(file.vertex_count(), 4);
+    const FeatureSet set = sample();
+    for (int n = 0; n < 2; ++n) {
+        EXPECT_TRUE(std::ranges::equal(file.shape(n), set.shape(n)));
+        EXPECT_TRUE(std::ranges::equal(
+            file.vertices(n),
+            std::span(set.vertices).subspan(static_cast<std::size_t>(n) * 12, 12)));
+    }
+    file.forget(1);
+    EXPECT_TRUE(std::ranges::equal(file.shape(1), set.shape(1)));
+    FeatureSet outline = sample();
+    outline.features.clear();
+    outline.vertices.clear();
+    expect_equal(file.outline(), outline);
 }
 
 TEST(FeatureFile, RefusesFacesOutOfRange) {
@@ -239,6 +290,71 @@ TEST(FeatureFile, NumbersThatAreNotFiniteAreNotWritten) {
     set.features[7] = std::numeric_limits<float>::quiet_NaN();
     EXPECT_THAT(thrown_message<NumericalError>([&] { write_features(folder / "f", set); }),
                 AllOf(HasSubstr("features[0, 0, 7] is nan"), HasSubstr("nothing was written")));
+    EXPECT_THAT(folder.names(), IsEmpty());
+}
+
+// Rows of the sample in the order 1, 0, each written twice.
+void write_rows(FeatureFileWriter& writer, const FeatureSet& set) {
+    const std::vector<float> draft(4 * kFeatureDim, 5.0F);
+    for (const int n : {1, 0}) {
+        writer.put_features(n, draft);
+        std::vector<float> read(draft.size());
+        writer.get_features(n, read);
+        EXPECT_EQ(read, draft);
+        writer.put_features(n, set.shape(n));
+        writer.put_vertices(n,
+                            std::span(set.vertices).subspan(static_cast<std::size_t>(n) * 12, 12));
+    }
+}
+
+TEST(FeatureFileWriter, TakesRowsInAnyOrderAndAgain) {
+    const TemporaryFolder folder;
+    {
+        FeatureFileWriter writer(folder / "f", sample());
+        write_rows(writer, sample());
+        EXPECT_FALSE(std::filesystem::exists(folder / "f"));
+        writer.finish(sample());
+        EXPECT_THAT(folder.names(), ElementsAre("f"));
+        FeatureFileWriter other(folder / "g", sample());
+        write_rows(other, sample());
+    }
+    EXPECT_THAT(folder.names(), ElementsAre("f"));
+    expect_equal(read_features(folder / "f"), sample());
+}
+
+// The header is written last but stands first: what it has no room for is counted.
+TEST(FeatureFileWriter, ShortensWarningsThatDoNotFit) {
+    const TemporaryFolder folder;
+    FeatureSet set = sample();
+    set.warnings.clear();
+    for (int i = 0; i < 1000; ++i)
+        set.warnings.push_back(std::to_string(i) + std::string(500, '"'));
+    write_features(folder / "f", set);
+    const FeatureSet read = read_features(folder / "f");
+    ASSERT_GT(read.warnings.size(), 10u);
+    ASSERT_LT(read.warnings.size(), 1000u);
+    const std::size_t kept = read.warnings.size() - 1;
+    for (std::size_t i = 0; i < kept; ++i) EXPECT_EQ(read.warnings[i], set.warnings[i]);
+    EXPECT_EQ(read.warnings.back(),
+              std::to_string(1000 - kept) + " further warnings did not fit into the file");
+    EXPECT_EQ(read.features, set.features);
+
+    set.warnings = {std::string(1'000'000, 'x')};
+    write_features(folder / "g", set);
+    EXPECT_THAT(read_features(folder / "g").warnings, ElementsAre(HasSubstr("1 further")));
+}
+
+TEST(FeatureFileWriter, RefusesRowsThatAreNotFinite) {
+    const TemporaryFolder folder;
+    {
+        FeatureFileWriter writer(folder / "f", sample());
+        std::vector<float> row(4 * kFeatureDim, 1.0F);
+        row[20] = -std::numeric_limits<float>::infinity();
+        EXPECT_THAT(thrown_message<NumericalError>([&] { writer.put_features(1, row); }),
+                    HasSubstr("features[1, 2, 2] is -inf"));
+        EXPECT_THROW(writer.put_features(1, std::span(row).first(9)), std::logic_error);
+        EXPECT_THROW(writer.finish(sample()), std::logic_error);  // no row was written
+    }
     EXPECT_THAT(folder.names(), IsEmpty());
 }
 

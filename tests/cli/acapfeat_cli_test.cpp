@@ -240,6 +240,47 @@ TEST_F(RigidSequence, AListKeepsItsOrder) {
                 testing::ElementsAre("frame_10", "frame_0"));
 }
 
+TEST_F(RigidSequence, ABrokenLastShapeLeavesNothing) {
+    const std::string sound = read_file(path(frame_name(10)));
+    write_file(path("in/frame_11.obj"), sound.substr(0, sound.size() / 2));
+    EXPECT_THAT(run_failing("acapfeat extract in -o f.safetensors", 3).err,
+                HasSubstr("frame_11.obj"));
+    write_file(path("in/frame_11.obj"), sound);
+    EXPECT_EQ(run("acapfeat extract in -o f.safetensors").code, 0);
+}
+
+TEST_F(RigidSequence, AReferenceOfAnotherConnectivityIsThree) {
+    write_obj(path("other.obj"), shapes::icosphere(1));
+    EXPECT_THAT(run_failing("acapfeat extract in -o f.safetensors --reference other.obj", 3).err,
+                HasSubstr("other.obj"));
+}
+
+// Room on the disk is claimed before anything is computed. The limit here makes it small.
+TEST_F(RigidSequence, AFullDiskIsFourAndLeavesNothing) {
+    const std::set<std::string> before = files();
+    const std::string line = "cd '" + folder_ + "/work' && trap '' XFSZ && ulimit -f 4 && '" +
+                             std::string(MSCOMP_BIN_DIR) +
+                             "/acapfeat' extract in -o f.safetensors >/dev/null 2>'" + folder_ +
+                             "/err'";
+    const int status = std::system(line.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 4);
+    EXPECT_THAT(read_file(folder_ + "/err"), HasSubstr("f.safetensors: cannot write"));
+    EXPECT_EQ(files(), before);
+}
+
+TEST_F(RigidSequence, InfoReportsEveryEnergyOfEveryShape) {
+    ASSERT_EQ(run("acapfeat extract in -o f.safetensors").code, 0);
+    const auto info = nlohmann::json::parse(run("acapfeat info f.safetensors --json").out);
+    for (const char* key : {"principal_energy", "propagation_energy", "relaxation_energy",
+                            "consistency_energy", "consistency_gap", "largest_jump"}) {
+        EXPECT_EQ(info[key].size(), 3u) << key;
+    }
+    // A rigid motion has the same rotation everywhere: least without any search.
+    EXPECT_EQ(info["proved"], 3);
+    for (const auto& energy : info["relaxation_energy"]) EXPECT_TRUE(energy.is_null());
+    EXPECT_THAT(run("acapfeat info f.safetensors").out, HasSubstr("3 of 3 shapes"));
+}
+
 TEST_F(RigidSequence, TheFileDoesNotDependOnTheThreads) {
     ASSERT_EQ(run("acapfeat extract in -o f1.safetensors --threads 1").code, 0);
     ASSERT_EQ(run("acapfeat extract in -o f7.safetensors --threads 7").code, 0);

@@ -60,6 +60,8 @@ class FeatureFile {
     int vertex_count() const { return outline().vertex_count(); }
     std::span<const float> shape(int index) const;     // (V,9)
     std::span<const float> vertices(int index) const;  // (V,3)
+    /// The rows of this shape need not stay in memory; they come back when they are used.
+    void forget(int index) const;
     /// Everything but the rows: `features` and `vertices` are empty.
     const FeatureSet& outline() const;
 

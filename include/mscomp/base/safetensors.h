@@ -114,6 +114,10 @@ class SafetensorsFile {
         return {reinterpret_cast<const T*>(raw.data()), raw.size() / sizeof(T)};
     }
 
+    /// These bytes, a part of what data() returned, need not stay in memory; they are read again
+    /// when they are used. So that working through a large file does not fill the memory.
+    void forget(std::span<const std::byte> data) const;
+
   private:
     struct Mapping;
     std::span<const std::byte> bytes(const std::string& name, DataType type,
