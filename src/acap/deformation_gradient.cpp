@@ -22,6 +22,11 @@ Eigen::Matrix3d cofactor(const Eigen::Matrix3d& m) {
 
 }  // namespace
 
+bool keeps_orientation(const Eigen::Matrix3d& edge_moment, const Eigen::Vector3d& normal,
+                       const Eigen::Vector3d& image) {
+    return image.dot(cofactor(edge_moment) * normal) >= 0;
+}
+
 DeformationGradients::DeformationGradients(const TriangleMesh& reference, EdgeWeights weights)
     : reference_(reference),
       rings_(one_rings_of_faces(reference.vertex_count(), reference.faces)),
@@ -65,9 +70,8 @@ void DeformationGradients::invert_moments() {
     }
 }
 
-Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
-                                                    const std::vector<Point>& shape,
-                                                    const RingNormals& normals) const {
+Eigen::Matrix3d DeformationGradients::edge_moment(std::size_t vertex,
+                                                  const std::vector<Point>& shape) const {
     Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
     for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
         const auto k = static_cast<std::size_t>(at);
@@ -77,15 +81,26 @@ Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
         const Eigen::Vector3d after = as_vector(shape[j]) - as_vector(shape[vertex]);
         moment += (weights_[k] * after) * before.transpose();
     }
-    const Eigen::Vector3d& n = normals_.normal[vertex];
-    Eigen::Vector3d image = normals.normal[vertex];
-    // det(A + s w nᵀ) = det A + s nᵀ adj(A) w: the free sign is the one with the larger value.
-    if ((normals_.folded[vertex] != 0 || normals.folded[vertex] != 0) &&
-        image.dot(cofactor(moment) * n) < 0) {
-        image = -image;
+    return moment;
+}
+
+RingNormals DeformationGradients::pseudo_edges(const std::vector<Point>& shape) const {
+    RingNormals normals = ring_normals(shape, reference_.faces, rings_);
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        if (normals_.folded[i] == 0 && normals.folded[i] == 0) continue;
+        if (!keeps_orientation(edge_moment(i, shape), normals_.normal[i], normals.normal[i])) {
+            normals.normal[i] = -normals.normal[i];
+        }
     }
-    moment += (normals.height[vertex] * normals_.height[vertex]) * image * n.transpose();
-    return moment * inverse_moments_[vertex];
+    return normals;
+}
+
+Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
+                                                    const std::vector<Point>& shape,
+                                                    const RingNormals& normals) const {
+    const Eigen::Vector3d image = normals.height[vertex] * normals.normal[vertex];
+    const Eigen::Vector3d before = normals_.height[vertex] * normals_.normal[vertex];
+    return (edge_moment(vertex, shape) + image * before.transpose()) * inverse_moments_[vertex];
 }
 
 Eigen::Matrix3d DeformationGradients::mean_of_neighbors(
@@ -102,7 +117,7 @@ Eigen::Matrix3d DeformationGradients::mean_of_neighbors(
 }
 
 DeformationGradients::Result DeformationGradients::compute(const std::vector<Point>& shape) const {
-    const RingNormals normals = ring_normals(shape, reference_.faces, rings_);
+    const RingNormals normals = pseudo_edges(shape);
     Result result;
     result.zero_area_faces = normals.zero_area_faces;
     result.folded_rings = normals.folded_rings;

@@ -10,6 +10,12 @@
 
 namespace mscomp {
 
+/// Whether `image` rather than -image is where the pseudo-edge along `normal` goes if A + image
+/// normalᵀ, A the moment of the edges of a ring, shall keep orientation: det(A + s w nᵀ) = det A +
+/// s nᵀ adj(A) w, and the right sign is the one with the larger value.
+bool keeps_orientation(const Eigen::Matrix3d& edge_moment, const Eigen::Vector3d& normal,
+                       const Eigen::Vector3d& image);
+
 /// The map T_i of every vertex that takes its reference ring to the deformed one: the minimiser of
 /// Σ_j c_ij |e'_ij - T e_ij|² + |h'_i n'_i - T h_i n_i|², i.e. A_i M_i^-1 (method §1). Everything
 /// that depends on the reference alone is computed once.
@@ -27,6 +33,16 @@ class DeformationGradients {
     /// a ring cancel their sign is the one that keeps orientation.
     Result compute(const std::vector<Point>& shape) const;
 
+    /// Pseudo-edges of one deformed shape; where the normals of a ring cancel, with the sign that
+    /// keeps orientation.
+    RingNormals pseudo_edges(const std::vector<Point>& shape) const;
+
+    const TriangleMesh& reference() const { return reference_; }
+    const RingNormals& reference_pseudo_edges() const { return normals_; }
+    /// M_i^-1 (V); zero where has_gradient says no.
+    const std::vector<Eigen::Matrix3d>& inverse_moments() const { return inverse_moments_; }
+    bool has_gradient(int vertex) const { return usable_[static_cast<std::size_t>(vertex)] != 0; }
+
     const OneRings& rings() const { return rings_; }
     const std::vector<double>& weights() const { return weights_; }  // beside rings().neighbors
     const Occurrences& zero_area_faces() const { return zero_area_faces_; }
@@ -36,6 +52,8 @@ class DeformationGradients {
 
   private:
     void invert_moments();
+    /// Σ_j c_ij e'_ij e_ijᵀ.
+    Eigen::Matrix3d edge_moment(std::size_t vertex, const std::vector<Point>& shape) const;
     Eigen::Matrix3d ring_gradient(std::size_t vertex, const std::vector<Point>& shape,
                                   const RingNormals& normals) const;
     Eigen::Matrix3d mean_of_neighbors(std::size_t vertex,

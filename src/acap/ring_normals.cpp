@@ -6,7 +6,6 @@
 namespace mscomp {
 namespace {
 
-constexpr double kHeightFactor = 0.3;
 // A sum below this share of the number of faces is rounding of the file, not a direction.
 constexpr double kCancelled = 1e-4;
 
@@ -40,6 +39,7 @@ RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Fac
     const std::size_t count = points.size();
     RingNormals result;
     result.normal.assign(count, Eigen::Vector3d::Zero());
+    result.sum_length.assign(count, 0.0);
     result.height.assign(count, 0.0);
     result.folded.assign(count, 0);
     std::vector<int> face_count(count, 0);
@@ -58,7 +58,7 @@ RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Fac
         if (rings.degree(static_cast<int>(i)) == 0) continue;
         const double length = mean_edge_length(points, rings, i);
         result.height[i] = kHeightFactor * length;
-        const double sum = result.normal[i].norm();
+        const double sum = result.sum_length[i] = result.normal[i].norm();
         if (sum > kCancelled * face_count[i]) {
             result.normal[i] /= sum;
         } else {

@@ -8,10 +8,13 @@
 
 namespace mscomp {
 
+inline constexpr double kHeightFactor = 0.3;
+
 /// The pseudo-edge of every vertex: direction and length (method §1, deformation gradient).
 struct RingNormals {
     std::vector<Eigen::Vector3d> normal;  // (V) unit; zero at isolated vertices
-    std::vector<double> height;           // (V) 0.3 x mean edge length of the ring
+    std::vector<double> sum_length;       // (V) length of the sum of the unit face normals
+    std::vector<double> height;           // (V) kHeightFactor x mean edge length of the ring
     std::vector<char> folded;             // (V) face normals cancel: the sign of `normal` is free
     Occurrences zero_area_faces;          // by face
     Occurrences folded_rings;             // by vertex

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "rotation.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/feature_set.h"
 
 namespace mscomp {
 
@@ -30,6 +35,22 @@ Eigen::Matrix3d gradient_of_feature(std::span<const float, 9> feature) {
         at(4), at(6), at(7),         //
         at(5), at(7), at(8);
     return rotation_exp({at(0), at(1), at(2)}) * stretch;
+}
+
+std::vector<Eigen::Matrix3d> gradients_of_features(std::span<const float> features,
+                                                   std::size_t vertex_count) {
+    if (features.size() != vertex_count * kFeatureDim) {
+        throw MeshError(fmt::format("{} feature values, wanted {} x {} for this reference",
+                                    features.size(), vertex_count, kFeatureDim));
+    }
+    std::vector<Eigen::Matrix3d> gradients(vertex_count);
+    for (std::size_t i = 0; i < vertex_count; ++i) {
+        gradients[i] = gradient_of_feature(features.subspan(i * kFeatureDim).first<kFeatureDim>());
+        if (!gradients[i].allFinite()) {
+            throw NumericalError(fmt::format("feature of vertex {} is not finite", i));
+        }
+    }
+    return gradients;
 }
 
 }  // namespace mscomp

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <span>
+#include <vector>
 
 namespace mscomp {
 
@@ -16,5 +18,10 @@ Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);
 
 /// T = exp(r) S of one ACAP feature (9).
 Eigen::Matrix3d gradient_of_feature(std::span<const float, 9> feature);
+
+/// The same for all vertices of a shape. Throws MeshError unless there are `vertex_count` x 9
+/// values, NumericalError if one of them is not finite.
+std::vector<Eigen::Matrix3d> gradients_of_features(std::span<const float> features,
+                                                   std::size_t vertex_count);
 
 }  // namespace mscomp

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mscomp/acap/extract.h"
@@ -10,10 +12,28 @@
 
 namespace mscomp {
 
+/// Positions found for features.
+struct ReconstructedShape {
+    std::vector<Point> vertices;  // (V) in the unit of the reference
+    /// How far the positions are from having the wanted features, relative to these:
+    /// sqrt(Σ |(T'_i - T_i) M_i^½|² / Σ |T_i M_i^½|²) with T' the gradients of `vertices`. About
+    /// 1e-7 (float32) for features of a mesh; more says that no mesh has exactly these features.
+    double residual = 0;
+    int steps = 0;           // descent steps from the linear start
+    bool converged = false;  // the last step changed next to nothing
+};
+
+/// A vertex that is wanted at `position`: exactly if `weight` is infinite, otherwise by adding
+/// weight |p' - position|² to the energy (whose own weights c_ij are of the order of 1).
+struct Handle {
+    int vertex = -1;
+    Point position{};
+    double weight = std::numeric_limits<double>::infinity();
+};
+
 /// Positions from features by the Poisson equation of method §2 (the papers' layer F): the
 /// Laplacian of the reference, anchored once per connected component and factorised once, three
 /// right-hand sides a shape. Approximate: the features of a mesh give back that mesh only nearly.
-/// The anchor of each connected component is its centroid in the reference.
 class PoissonReconstruction {
   public:
     PoissonReconstruction(const TriangleMesh& reference, EdgeWeights weights);
@@ -21,9 +41,40 @@ class PoissonReconstruction {
     PoissonReconstruction& operator=(PoissonReconstruction&&) noexcept;
     ~PoissonReconstruction();
 
-    /// `features` (V,9) unscaled -> (V) positions. Throws NumericalError on non-finite features.
-    /// Safe to call from several threads.
-    std::vector<Point> solve(std::span<const float> features) const;
+    /// `features` (V,9) unscaled -> (V) positions. Every connected component gets the centroid that
+    /// it has in `like` (V), by default in the reference. Throws NumericalError on non-finite
+    /// features, MeshError for another V. Safe to call from several threads.
+    std::vector<Point> solve(std::span<const float> features,
+                             std::span<const Point> like = {}) const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// The positions whose own features are the given ones (method §2, lossless): the minimum of
+/// E(p') = Σ_i |(A_i(p') M_i^-1 - T_i) M_i^½|². Features of a mesh give back that mesh to the
+/// precision of the features; of others, the nearest in this sense. The start is the least-squares
+/// solution of those equations that leave the pseudo-edges out: they are linear, and a mesh fulfils
+/// them exactly.
+class LosslessReconstruction {
+  public:
+    LosslessReconstruction(const TriangleMesh& reference, EdgeWeights weights);
+    LosslessReconstruction(LosslessReconstruction&&) noexcept;
+    LosslessReconstruction& operator=(LosslessReconstruction&&) noexcept;
+    ~LosslessReconstruction();
+
+    /// The fast path for many shapes: quasi-Newton steps with one constant matrix, factorised
+    /// once. Arguments, errors and threads as PoissonReconstruction::solve.
+    ReconstructedShape solve(std::span<const float> features,
+                             std::span<const Point> like = {}) const;
+
+    /// The same minimum by Ceres (Levenberg-Marquardt), with handles. Components that have a handle
+    /// stay where their handles put them. Throws UsageError for handles that are no vertex
+    /// or have a weight that is not positive.
+    ReconstructedShape solve_by_ceres(std::span<const float> features,
+                                      std::span<const Handle> handles = {},
+                                      std::span<const Point> like = {}) const;
 
   private:
     struct State;

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "anchored_system.h"
+
+#include "mscomp/base/error.h"
+
+namespace mscomp {
+
+void add_laplacian(const OneRings& rings, const std::vector<double>& weights, double share,
+                   MatrixEntries& entries) {
+    for (int i = 0; i < rings.vertex_count(); ++i) {
+        for (int at = rings.offsets[static_cast<std::size_t>(i)];
+             at < rings.offsets[static_cast<std::size_t>(i) + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            entries.emplace_back(i, i, share * weights[k]);
+            entries.emplace_back(i, rings.neighbors[k], -share * weights[k]);
+        }
+    }
+}
+
+void add_ring_squares(const OneRings& rings, const std::vector<Eigen::Vector3d>& factors,
+                      MatrixEntries& entries) {
+    std::vector<int> members;
+    std::vector<Eigen::Vector3d> columns;
+    for (int i = 0; i < rings.vertex_count(); ++i) {
+        members.assign(1, i);
+        columns.assign(1, Eigen::Vector3d::Zero());
+        for (int at = rings.offsets[static_cast<std::size_t>(i)];
+             at < rings.offsets[static_cast<std::size_t>(i) + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            members.push_back(rings.neighbors[k]);
+            columns.push_back(factors[k]);
+            columns.front() -= factors[k];
+        }
+        for (std::size_t a = 0; a < members.size(); ++a) {
+            for (std::size_t b = 0; b < members.size(); ++b) {
+                entries.emplace_back(members[a], members[b], columns[a].dot(columns[b]));
+            }
+        }
+    }
+}
+
+AnchoredSystem::AnchoredSystem(const MatrixEntries& entries, int vertex_count,
+                               const std::vector<int>& anchors, const std::string& name)
+    : unknown_(static_cast<std::size_t>(vertex_count), 0) {
+    for (const int anchor : anchors) unknown_[static_cast<std::size_t>(anchor)] = -1;
+    for (int& row : unknown_) {
+        if (row == 0) row = unknown_count_++;
+    }
+    MatrixEntries kept;
+    kept.reserve(entries.size());
+    for (const auto& entry : entries) {
+        const int row = unknown_[static_cast<std::size_t>(entry.row())];
+        const int column = unknown_[static_cast<std::size_t>(entry.col())];
+        if (row >= 0 && column >= 0) kept.emplace_back(row, column, entry.value());
+    }
+    Eigen::SparseMatrix<double> matrix(unknown_count_, unknown_count_);
+    matrix.setFromTriplets(kept.begin(), kept.end());
+    factor_.compute(matrix);
+    if (factor_.info() != Eigen::Success) {
+        throw NumericalError(name + " could not be factorised");
+    }
+}
+
+std::vector<Point> AnchoredSystem::solve(const std::vector<Point>& right_hand_sides) const {
+    Eigen::Matrix<double, Eigen::Dynamic, 3> rows(unknown_count_, 3);
+    for (std::size_t i = 0; i < unknown_.size(); ++i) {
+        if (unknown_[i] < 0) continue;
+        rows.row(unknown_[i]) = Eigen::Map<const Eigen::RowVector3d>(right_hand_sides[i].data());
+    }
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> solution = factor_.solve(rows);
+    std::vector<Point> result(unknown_.size(), Point{});
+    for (std::size_t i = 0; i < unknown_.size(); ++i) {
+        if (unknown_[i] < 0) continue;
+        Eigen::Map<Eigen::RowVector3d>(result[i].data()) = solution.row(unknown_[i]);
+    }
+    return result;
+}
+
+}  // namespace mscomp

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <string>
+#include <vector>
+
+#include "mscomp/base/mesh_data.h"
+
+namespace mscomp {
+
+using MatrixEntries = std::vector<Eigen::Triplet<double>>;  // those of equal place are summed
+
+/// Adds share x the Laplacian Σ_edges c_ij (x_i - x_j)²; `weights` beside rings.neighbors.
+void add_laplacian(const OneRings& rings, const std::vector<double>& weights, double share,
+                   MatrixEntries& entries);
+
+/// Adds the normal matrix of Σ_i |Σ_j (x_j - x_i) f_ij|² over the neighbours j of i; `factors`
+/// beside rings.neighbors.
+void add_ring_squares(const OneRings& rings, const std::vector<Eigen::Vector3d>& factors,
+                      MatrixEntries& entries);
+
+/// A symmetric positive semidefinite (V,V) matrix whose kernel are the translations of the
+/// connected components, made definite by holding one vertex of each at 0, factorised once.
+class AnchoredSystem {
+  public:
+    /// `name` appears in the message. Throws NumericalError if it cannot be factorised.
+    AnchoredSystem(const MatrixEntries& entries, int vertex_count, const std::vector<int>& anchors,
+                   const std::string& name);
+
+    /// (V) solution of three right-hand sides (V), 0 at the anchors whatever stands there.
+    std::vector<Point> solve(const std::vector<Point>& right_hand_sides) const;
+
+  private:
+    std::vector<int> unknown_;  // (V) row of the system, -1 for the anchors
+    int unknown_count_ = 0;
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
+};
+
+}  // namespace mscomp

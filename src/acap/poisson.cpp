@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "anchored_system.h"
+#include "edge_weights.h"
+#include "mscomp/acap/reconstruct.h"
+#include "placement.h"
+#include "rotation.h"
+
+namespace mscomp {
+namespace {
+
+MatrixEntries laplacian(const OneRings& rings, const std::vector<double>& weights) {
+    MatrixEntries entries;
+    entries.reserve(2 * weights.size());
+    add_laplacian(rings, weights, 1, entries);
+    return entries;
+}
+
+}  // namespace
+
+struct PoissonReconstruction::State {
+    State(const TriangleMesh& mesh, EdgeWeights kind)
+        : rings(one_rings_of_faces(mesh.vertex_count(), mesh.faces)),
+          weights(edge_weights(mesh, rings, kind).weights),
+          reference(mesh.vertices),
+          placement(rings, reference),
+          system(laplacian(rings, weights), mesh.vertex_count(), placement.first_vertices(),
+                 "the Laplacian of the reference") {}
+
+    std::vector<Point> right_hand_sides(const std::vector<Eigen::Matrix3d>& gradients) const;
+
+    OneRings rings;
+    std::vector<double> weights;  // beside rings.neighbors
+    std::vector<Point> reference;
+    Placement placement;
+    AnchoredSystem system;
+};
+
+/// Rows ½ Σ_j c_ij (T_i + T_j)(p_i - p_j).
+std::vector<Point> PoissonReconstruction::State::right_hand_sides(
+    const std::vector<Eigen::Matrix3d>& gradients) const {
+    std::vector<Point> rows(reference.size());
+    for (std::size_t i = 0; i < reference.size(); ++i) {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const auto j = static_cast<std::size_t>(rings.neighbors[k]);
+            const Eigen::Vector3d edge = as_vector(reference[i]) - as_vector(reference[j]);
+            sum += 0.5 * weights[k] * ((gradients[i] + gradients[j]) * edge);
+        }
+        Eigen::Map<Eigen::Vector3d>(rows[i].data()) = sum;
+    }
+    return rows;
+}
+
+PoissonReconstruction::PoissonReconstruction(const TriangleMesh& reference, EdgeWeights weights)
+    : state_(std::make_unique<State>(reference, weights)) {}
+PoissonReconstruction::PoissonReconstruction(PoissonReconstruction&&) noexcept = default;
+PoissonReconstruction& PoissonReconstruction::operator=(PoissonReconstruction&&) noexcept = default;
+PoissonReconstruction::~PoissonReconstruction() = default;
+
+std::vector<Point> PoissonReconstruction::solve(std::span<const float> features,
+                                                std::span<const Point> like) const {
+    const std::vector<Eigen::Matrix3d> gradients =
+        gradients_of_features(features, state_->reference.size());
+    std::vector<Point> result = state_->system.solve(state_->right_hand_sides(gradients));
+    state_->placement.apply(like, result);
+    return result;
+}
+
+}  // namespace mscomp

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "tangential_solve.h"
+
+namespace mscomp {
+namespace {
+
+// Keeps the matrix definite where the equations leave a vertex free; what it changes is taken back
+// by the second of the steps below wherever they do not.
+constexpr double kLaplacianShare = 1e-6;
+constexpr int kSteps = 3;
+
+std::vector<Eigen::Vector3d> tangential_factors(const FeatureEquations& equations) {
+    const OneRings& rings = equations.gradients().rings();
+    std::vector<Eigen::Vector3d> factors = equations.edge_factors();
+    for (std::size_t i = 0; i < equations.tangential().size(); ++i) {
+        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
+            Eigen::Vector3d& factor = factors[static_cast<std::size_t>(at)];
+            factor = equations.tangential()[i] * factor;
+        }
+    }
+    return factors;
+}
+
+MatrixEntries matrix_of(const FeatureEquations& equations,
+                        const std::vector<Eigen::Vector3d>& factors) {
+    MatrixEntries entries;
+    add_ring_squares(equations.gradients().rings(), factors, entries);
+    add_laplacian(equations.gradients().rings(), equations.gradients().weights(), kLaplacianShare,
+                  entries);
+    return entries;
+}
+
+}  // namespace
+
+TangentialSolve::TangentialSolve(const FeatureEquations& equations, const std::vector<int>& anchors)
+    : equations_(equations),
+      factors_(tangential_factors(equations)),
+      system_(matrix_of(equations, factors_), equations.gradients().rings().vertex_count(), anchors,
+              "the matrix of the lossless reconstruction") {}
+
+/// Minus half the derivative of Σ_i |r_i P_i|².
+std::vector<Point> TangentialSolve::descent(const std::vector<Eigen::Matrix3d>& wanted,
+                                            const std::vector<Point>& shape) const {
+    const OneRings& rings = equations_.gradients().rings();
+    std::vector<Point> result(shape.size(), Point{});
+    const auto add = [&](std::size_t vertex, const Eigen::Vector3d& value) {
+        Eigen::Map<Eigen::Vector3d> target(result[vertex].data());
+        target += value;
+    };
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        Eigen::Matrix3d missing = wanted[i] * equations_.tangential()[i];
+        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const auto j = static_cast<std::size_t>(rings.neighbors[k]);
+            missing -= (as_vector(shape[j]) - as_vector(shape[i])) * factors_[k].transpose();
+        }
+        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const Eigen::Vector3d pull = missing * factors_[k];
+            add(static_cast<std::size_t>(rings.neighbors[k]), pull);
+            add(i, -pull);
+        }
+    }
+    return result;
+}
+
+void TangentialSolve::apply(const std::vector<Eigen::Matrix3d>& wanted,
+                            std::vector<Point>& shape) const {
+    for (int step = 0; step < kSteps; ++step) {
+        const std::vector<Point> change = system_.solve(descent(wanted, shape));
+        for (std::size_t i = 0; i < shape.size(); ++i) {
+            for (std::size_t axis = 0; axis < 3; ++axis) shape[i][axis] += change[i][axis];
+        }
+    }
+}
+
+}  // namespace mscomp

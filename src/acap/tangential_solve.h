@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "anchored_system.h"
+#include "feature_equations.h"
+
+namespace mscomp {
+
+/// The part of the feature equations that leaves the pseudo-edges out, r_i P_i = 0, is linear:
+/// Σ_j e'_ij (P_i g_ij)ᵀ = T_i M_i^½ P_i, twice as many equations as unknowns, with a constant
+/// matrix. A mesh fulfils all equations of its own features, hence these: their least-squares
+/// solution gives the mesh back, in one solve. Borrows the equations.
+class TangentialSolve {
+  public:
+    TangentialSolve(const FeatureEquations& equations, const std::vector<int>& anchors);
+
+    /// Moves `shape` (V) to the least-squares solution; the anchors stay.
+    void apply(const std::vector<Eigen::Matrix3d>& wanted, std::vector<Point>& shape) const;
+
+  private:
+    std::vector<Point> descent(const std::vector<Eigen::Matrix3d>& wanted,
+                               const std::vector<Point>& shape) const;
+
+    const FeatureEquations& equations_;
+    std::vector<Eigen::Vector3d> factors_;  // P_i g_ij beside the rings' neighbours
+    AnchoredSystem system_;
+};
+
+}  // namespace mscomp
