@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <charconv>
+#include <fstream>
 #include <limits>
+#include <thread>
 
 #include "base/temporary_folder.h"
 #include "base/thrown_message.h"
@@ -296,6 +299,31 @@ TEST(ReadMesh, ChoosesTheReaderByTheExtension) {
                 AllOf(HasSubstr("a.stl"), HasSubstr("'.stl'"), HasSubstr(".obj, .ply or .off")));
     EXPECT_THAT(thrown_message<IoError>([&] { read_mesh(folder / "nowhere.obj"); }),
                 HasSubstr("nowhere.obj"));
+}
+
+// A pipe does not say how much comes.
+TEST(ReadMesh, ReadsFromAPipe) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.obj";
+    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    std::string text;
+    for (int i = 0; i < 40000; ++i) text += "v " + std::to_string(i) + " 0 0\n";
+    std::thread writer([&] { std::ofstream(path, std::ios::binary) << text << "f 1 2 40000\n"; });
+    const TriangleMesh mesh = read_mesh(path);
+    writer.join();
+    ASSERT_EQ(mesh.vertex_count(), 40000);
+    for (int i = 0; i < 40000; ++i) {
+        ASSERT_EQ(mesh.vertices[static_cast<std::size_t>(i)],
+                  (Point{static_cast<double>(i), 0, 0}));
+    }
+    EXPECT_EQ(mesh.faces, (std::vector<Face>{{0, 1, 39999}}));
+}
+
+TEST(ReadMesh, RefusesAFolder) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directories(folder / "a.obj");
+    EXPECT_EQ(thrown_message<IoError>([&] { read_mesh(folder / "a.obj"); }),
+              (folder / "a.obj") + ": is a folder, wanted a file");
 }
 
 }  // namespace
