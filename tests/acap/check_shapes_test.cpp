@@ -81,6 +81,21 @@ TEST(CheckOrder, StrongDeformationsAreNoPermutations) {
     EXPECT_FALSE(seems_permuted(sheet, pulled));
 }
 
+// Two blocks of rows changed places: no shift explains it, and nearly all edges are as before.
+TEST(CheckOrder, FindsBlocksThatChangedPlaces) {
+    const TriangleMesh mesh = shapes::grid(20, 60);
+    std::vector<int> source;
+    for (int i = 0; i < mesh.vertex_count(); ++i) source.push_back(i);
+    std::swap_ranges(source.begin() + 200, source.begin() + 400, source.begin() + 800);
+    const Finding found =
+        finding(check_pair(mesh, renumbered(deformed(mesh), source)), "permuted_vertices");
+    EXPECT_EQ(found.count, 1);
+}
+
+TEST(CheckOrder, AnotherOrderIsNotAnotherUnit) {
+    EXPECT_EQ(count_of(check_pair(bumpy_sphere(3), shifted(bumpy_sphere(3), 1)), "other_scale"), 0);
+}
+
 // Rows 0 to 9 of forty vertices stay: the first vertex out of place is in row 9 or 10.
 TEST(CheckOrder, NamesTheFirstVertexOutOfPlace) {
     const TriangleMesh mesh = shapes::grid(40, 30);
