@@ -19,10 +19,11 @@ bool is_proved(const ConsistencySummary& summary) {
 class NeighborStarts {
   public:
     NeighborStarts(const ConsistencyGraph& graph, FeatureRows& rows,
-                   std::vector<ConsistencySummary>& summaries)
+                   std::vector<ConsistencySummary>& summaries, const StartTrial& trial)
         : graph_(graph),
           rows_(rows),
           summaries_(summaries),
+          trial_(trial),
           width_(static_cast<std::size_t>(graph.rings.vertex_count()) * kFeatureDim),
           changed_(summaries.size(), 0),
           tried_(summaries.size(), -1) {}
@@ -52,7 +53,7 @@ class NeighborStarts {
         const std::vector<Eigen::Vector3d> start = rotation_vectors_of(row);
         rows_.get_features(index, row);
         std::vector<Eigen::Vector3d> rotation_vectors = rotation_vectors_of(row);
-        if (!improve_consistency(graph_, start, rotation_vectors, summaries_[n])) return;
+        if (!trial_(graph_, start, rotation_vectors, summaries_[n])) return;
         store_rotation_vectors(rotation_vectors, row);
         rows_.put_features(index, row);
         changed_[n] = step;
@@ -61,6 +62,7 @@ class NeighborStarts {
     const ConsistencyGraph& graph_;
     FeatureRows& rows_;
     std::vector<ConsistencySummary>& summaries_;
+    const StartTrial& trial_;
     std::size_t width_;
     std::vector<int> changed_, tried_;  // (N) step of the last time
 };
@@ -69,8 +71,8 @@ class NeighborStarts {
 
 void improve_from_neighbors(const ConsistencyGraph& graph, FeatureRows& rows,
                             std::vector<ConsistencySummary>& summaries,
-                            const std::function<void()>& after_each) {
-    NeighborStarts starts(graph, rows, summaries);
+                            const std::function<void()>& after_each, const StartTrial& try_start) {
+    NeighborStarts starts(graph, rows, summaries, try_start);
     const auto count = static_cast<std::int64_t>(summaries.size());
     for (int round = 0; round < kRounds; ++round) {
         for (const int parity : {0, 1}) {

@@ -14,92 +14,120 @@ namespace mscomp {
 namespace {
 
 using namespace cases;
+using testing::ElementsAre;
 
-constexpr int kShapes = 7;
 using Vectors = std::vector<Vector3d>;
 
-double energy_of(const ConsistencyGraph& graph, const Vectors& r) {
-    double energy = 0;
-    for (const auto& [i, j] : graph.edges) energy += (r[at(i)] - r[at(j)]).squaredNorm();
-    return energy;
-}
-
-/// Copies of one shape, a strip that twists by several turns; `good` of them have the right turns,
-/// the others stay where the first vertex moved would lead them.
-struct Copies {
-    explicit Copies(const std::vector<int>& good)
-        : mesh(shapes::cylinder(8, 40, 1, 30, false)),
-          graph(consistency_graph(one_rings_of_faces(mesh.vertex_count(), mesh.faces),
-                                  std::vector<double>(at(mesh.vertex_count()), 0.0))) {
-        right.reserve(mesh.vertices.size());
-        for (const Point& p : mesh.vertices) right.emplace_back(0, 0, 0.6 * p[2] + 0.1);
-        wrong = right;
-        // A band of rings a turn too far: no single vertex that moves alone helps.
-        for (Vector3d& r : wrong) {
-            if (r.z() > 5 && r.z() < 12) r.z() += 2 * std::numbers::pi;
-        }
-        set.names.resize(kShapes);
-        set.reference = mesh;
-        set.features.resize(kShapes * mesh.vertices.size() * kFeatureDim);
-        summaries.resize(kShapes);
-        for (int n = 0; n < kShapes; ++n) {
-            const bool is_good = std::find(good.begin(), good.end(), n) != good.end();
-            store_rotation_vectors(is_good ? right : wrong, row(n));
-            summaries[at(n)].energy = energy_of(graph, is_good ? right : wrong);
+/// Shapes of one vertex whose r_x stands for their turns, the lower the better, and a trial that
+/// takes over what is better: what spreads where can then be told in advance.
+struct Chain {
+    explicit Chain(const std::vector<double>& values) : summaries(values.size()) {
+        graph.rings.offsets = {0, 0};
+        set.names.resize(values.size());
+        set.reference.vertices.resize(1);
+        for (std::size_t n = 0; n < values.size(); ++n) {
+            set.features.push_back(static_cast<float>(values[n]));
+            set.features.insert(set.features.end(), kFeatureDim - 1, 0.25F);
+            summaries[n].energy = values[n];
         }
     }
-    std::span<float> row(int shape) {
-        const std::size_t width = mesh.vertices.size() * kFeatureDim;
-        return std::span(set.features).subspan(at(shape) * width, width);
-    }
-    void improve() {
+    std::vector<double> improved() {
         MemoryRows rows(set);
-        improve_from_neighbors(graph, rows, summaries, [this] { ++calls; });
+        improve_from_neighbors(
+            graph, rows, summaries, [this] { ++visits; },
+            [this](const ConsistencyGraph&, const Vectors& start, Vectors& r,
+                   ConsistencySummary& summary) {
+                ++trials;
+                EXPECT_EQ(r[0].x(), summary.energy);
+                if (start[0].x() >= r[0].x()) return false;
+                r = start;
+                summary.energy = start[0].x();
+                return true;
+            });
+        std::vector<double> values;
+        for (int n = 0; n < set.shape_count(); ++n) {
+            values.push_back(set.shape(n)[0]);
+            EXPECT_EQ(set.shape(n)[3], 0.25F);  // S stays
+            EXPECT_EQ(summaries[at(n)].energy, values.back());
+        }
+        return values;
     }
 
-    TriangleMesh mesh;
     ConsistencyGraph graph;
-    Vectors right, wrong;
     FeatureSet set;
     std::vector<ConsistencySummary> summaries;
-    std::atomic<int> calls{0};
+    std::atomic<int> visits{0}, trials{0};
 };
 
-// A good choice of turns spreads from one shape to all that are like it, both ways.
-TEST(NeighborStarts, SpreadTheBestTurns) {
-    for (const int good : {0, kShapes / 2, kShapes - 1}) {
-        Copies copies({good});
-        const double best = energy_of(copies.graph, copies.right);
-        EXPECT_GT(energy_of(copies.graph, copies.wrong), 2 * best);
-        copies.improve();
-        for (int n = 0; n < kShapes; ++n) {
-            EXPECT_NEAR(copies.summaries[at(n)].energy, best, 1e-3) << good << " " << n;
-            EXPECT_NEAR(energy_of(copies.graph, rotation_vectors_of(copies.row(n))), best, 1e-3);
-        }
-        EXPECT_GE(copies.calls, kShapes);
-    }
+class NeighborStarts : public testing::TestWithParam<int> {
+  protected:
+    NeighborStarts() { set_thread_count(GetParam()); }
+    ~NeighborStarts() override { set_thread_count(0); }
+};
+
+// Even shapes look first, then odd ones, three times each: from an even shape on, a good choice
+// gets one shape further in each turn but the first.
+TEST_P(NeighborStarts, SpreadByOneShapeWithEachTurn) {
+    EXPECT_THAT(Chain({1, 9, 9, 9, 9, 9, 9, 9, 9, 9}).improved(),
+                ElementsAre(1, 1, 1, 1, 1, 1, 9, 9, 9, 9));
+    EXPECT_THAT(Chain({9, 9, 9, 9, 9, 9, 9, 9, 9, 1}).improved(),
+                ElementsAre(9, 9, 9, 1, 1, 1, 1, 1, 1, 1));
+    EXPECT_THAT(Chain({9, 9, 9, 2, 9, 9, 1, 9}).improved(), ElementsAre(2, 1, 1, 1, 1, 1, 1, 1));
 }
 
-TEST(NeighborStarts, LeaveProvedShapesAlone) {
-    Copies copies({3});
-    for (ConsistencySummary& summary : copies.summaries) summary.lower_bound = summary.energy;
-    const std::vector<float> before = copies.set.features;
-    copies.improve();
-    EXPECT_EQ(copies.set.features, before);
-    EXPECT_EQ(copies.calls, kShapes);
+// Both neighbours of all shapes, once, where that helps nowhere.
+TEST_P(NeighborStarts, AreNotTriedAgainWhereNothingChanged) {
+    Chain chain({5, 5, 5, 5, 5});
+    EXPECT_THAT(chain.improved(), ElementsAre(5, 5, 5, 5, 5));
+    EXPECT_EQ(chain.trials, 8);
+    EXPECT_EQ(chain.visits, 5);
+    // 8 times at first, then only next to what changed: 2 + 2 + 2 + 1.
+    Chain from_one_end({1, 9, 9, 9, 9});
+    EXPECT_THAT(from_one_end.improved(), ElementsAre(1, 1, 1, 1, 1));
+    EXPECT_EQ(from_one_end.trials, 15);
+    Chain alone({5});
+    EXPECT_THAT(alone.improved(), ElementsAre(5));
+    EXPECT_EQ(alone.trials, 0);
 }
 
-TEST(NeighborStarts, AreTheSameForAnyNumberOfThreads) {
-    std::vector<std::vector<float>> results;
-    for (const int threads : {1, 2, 7}) {
-        set_thread_count(threads);
-        Copies copies({2, 5});
-        copies.improve();
-        results.push_back(copies.set.features);
+TEST_P(NeighborStarts, LeaveProvedShapesAlone) {
+    Chain chain({9, 1, 9});
+    chain.summaries[0].lower_bound = 9;
+    EXPECT_THAT(chain.improved(), ElementsAre(9, 1, 1));
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, NeighborStarts, testing::Values(1, 2, 7));
+
+// With the real trial: a band of rings a turn too far, beside a shape where they are right.
+TEST(NeighborStart, OfAShapeWithTheRightTurnsIsTaken) {
+    const TriangleMesh mesh = shapes::cylinder(8, 40, 1, 30, false);
+    const ConsistencyGraph graph =
+        consistency_graph(one_rings_of_faces(mesh.vertex_count(), mesh.faces),
+                          std::vector<double>(mesh.vertices.size(), 0.0));
+    Vectors right, wrong;
+    for (const Point& p : mesh.vertices) {
+        right.emplace_back(0, 0, 0.6 * p[2] + 0.1);
+        const bool is_in_band = p[2] > 5 && p[2] < 12;
+        wrong.push_back(right.back() + Vector3d(0, 0, is_in_band ? 2 * std::numbers::pi : 0));
     }
-    set_thread_count(0);
-    EXPECT_EQ(results[1], results[0]);
-    EXPECT_EQ(results[2], results[0]);
+    const auto energy = [&](const Vectors& r) {
+        double sum = 0;
+        for (const auto& [i, j] : graph.edges) sum += (r[at(i)] - r[at(j)]).squaredNorm();
+        return sum;
+    };
+    ASSERT_GT(energy(wrong), 2 * energy(right));
+    FeatureSet set;
+    set.features.resize(2 * right.size() * kFeatureDim);
+    const std::span<float> rows(set.features);
+    store_rotation_vectors(right, rows.first(rows.size() / 2));
+    store_rotation_vectors(wrong, rows.last(rows.size() / 2));
+    std::vector<ConsistencySummary> summaries(2);
+    summaries[0].energy = energy(right);
+    summaries[1].energy = energy(wrong);
+    MemoryRows memory(set);
+    improve_from_neighbors(graph, memory, summaries, [] {});
+    EXPECT_NEAR(summaries[1].energy, energy(right), 1e-3);
+    EXPECT_NEAR(energy(rotation_vectors_of(rows.last(rows.size() / 2))), energy(right), 1e-3);
 }
 
 }  // namespace
