@@ -117,6 +117,7 @@ TEST(SafetensorsPieces, MetadataThatComeLateHaveRoomInTheReserve) {
     EXPECT_TRUE(writer.has_room_for({{"late", std::string(kReserve - 16, 'x')}}));
     // Escaped, each of these takes two bytes of the header.
     EXPECT_FALSE(writer.has_room_for({{"late", std::string(kReserve - 16, '"')}}));
+    EXPECT_FALSE(writer.has_room_for({{"late", std::string(kReserve, 'x')}}));
     EXPECT_THROW(writer.finish({{"late", std::string(2 * kReserve, 'x')}}), std::logic_error);
     writer.finish({{"late", "text"}});
     const SafetensorsFile file(folder / "t");
