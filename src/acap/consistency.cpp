@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "turn_jumps.h"
 #include "turn_problem.h"
 #include "turn_search.h"
 
@@ -13,17 +14,7 @@ namespace {
 constexpr double kSameUnrest = 1e-4;
 // One turn changes an edge by up to (2π)² = 39; float vectors leave less than this over all edges.
 constexpr double kSmallestGain = 1e-6;
-constexpr int kVisits = 500;  // subproblems of one search
-
-double largest_jump(const ConsistencyGraph& graph, const std::vector<Eigen::Vector3d>& vectors) {
-    double largest = 0;
-    for (const auto& [i, j] : graph.edges) {
-        const double jump =
-            (vectors[static_cast<std::size_t>(i)] - vectors[static_cast<std::size_t>(j)]).norm();
-        largest = std::max(largest, jump);
-    }
-    return largest;
-}
+constexpr std::int64_t kEffort = 2000000;  // of one search: at most about 0.2 s
 
 struct Candidate {
     TurnProblem::Turns turns;
@@ -37,8 +28,8 @@ class BestTurns {
         : problem_(problem), best_(std::move(start)) {}
 
     /// Searches from `start`; true if the best is proved to be least.
-    bool search_from(Candidate start, int most_visited) {
-        const SearchResult result = search_turns(problem_, most_visited, start.turns);
+    bool search_from(Candidate start, std::int64_t most_effort) {
+        const SearchResult result = search_turns(problem_, most_effort, start.turns);
         bound_ = std::max(bound_, start.energy + result.bound);
         start.energy += result.change;
         if (start.energy < best_.energy - kSmallestGain) best_ = std::move(start);
@@ -62,16 +53,33 @@ Candidate best_turns(const TurnProblem& problem, ConsistencySummary& summary) {
     propagated.energy = summary.propagation_energy = problem.energy(propagated.turns);
     if (propagated.energy < principal.energy) std::swap(principal, propagated);
     BestTurns best(problem, principal);
-    if (!best.search_from(principal, kVisits)) {
+    if (!best.search_from(principal, kEffort)) {
         Candidate relaxed{relaxed_turns(problem), 0};
         relaxed.energy = summary.relaxation_energy = problem.energy(relaxed.turns);
         for (Candidate* start : {&propagated, &relaxed}) {
             start->energy += polish_vertices(problem, start->turns);
-            if (best.search_from(std::move(*start), kVisits)) break;
+            if (best.search_from(std::move(*start), kEffort)) break;
         }
     }
     summary.lower_bound = best.bound();
     return best.best();
+}
+
+void settle_jumps(const TurnProblem& problem, Candidate& best, ConsistencySummary& summary) {
+    const LargeJumps jumps = settle_jumps(problem, best.turns);
+    summary.largest_jump = jumps.largest;
+    summary.large_jumps = jumps.count;
+    summary.inherent_jumps = jumps.inherent;
+    summary.removable_jumps = jumps.removable;
+}
+
+/// Vertices without a turn keep their vector bit for bit, exact also where the axis is free.
+void turn_vectors(const TurnProblem& problem, const TurnProblem::Turns& turns,
+                  std::vector<Eigen::Vector3d>& vectors) {
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+        if (turns[i] == 0) continue;
+        vectors[i] = problem.rotation_vector(static_cast<int>(i), turns[i]);
+    }
 }
 
 }  // namespace
@@ -113,14 +121,10 @@ ConsistencySummary make_consistent(const ConsistencyGraph& graph,
                                    std::vector<Eigen::Vector3d>& rotation_vectors) {
     ConsistencySummary summary;
     const TurnProblem problem(graph, rotation_vectors);
-    const Candidate best = best_turns(problem, summary);
+    Candidate best = best_turns(problem, summary);
+    settle_jumps(problem, best, summary);
     summary.energy = best.energy;
-    for (std::size_t i = 0; i < rotation_vectors.size(); ++i) {
-        // Without a turn the principal logarithm stays as it is, exact also where the axis is free.
-        if (best.turns[i] == 0) continue;
-        rotation_vectors[i] = problem.rotation_vector(static_cast<int>(i), best.turns[i]);
-    }
-    summary.largest_jump = largest_jump(graph, rotation_vectors);
+    turn_vectors(problem, best.turns, rotation_vectors);
     return summary;
 }
 
@@ -130,23 +134,19 @@ bool improve_consistency(const ConsistencyGraph& graph, const std::vector<Eigen:
     if (summary.energy <= summary.lower_bound) return false;
     // Turns count from the vectors as they are: their axes are known also near a full turn.
     const TurnProblem problem(graph, rotation_vectors);
-    TurnProblem::Turns turns(rotation_vectors.size());
-    const double before = problem.energy(turns);
-    for (std::size_t i = 0; i < turns.size(); ++i) {
-        turns[i] = problem.nearest_turn(static_cast<int>(i), start[i]);
+    Candidate other{TurnProblem::Turns(rotation_vectors.size(), 0), 0};
+    const double before = problem.energy(other.turns);
+    for (std::size_t i = 0; i < other.turns.size(); ++i) {
+        other.turns[i] = problem.nearest_turn(static_cast<int>(i), start[i]);
     }
-    polish_vertices(problem, turns);
-    search_turns(problem, kVisits, turns);
-    const double after = problem.energy(turns);
-    if (!(after < before - kSmallestGain)) return false;
-    for (std::size_t i = 0; i < turns.size(); ++i) {
-        if (turns[i] != 0) {
-            rotation_vectors[i] = problem.rotation_vector(static_cast<int>(i), turns[i]);
-        }
-    }
-    summary.energy = after;
-    summary.lower_bound = std::min(summary.lower_bound, after);
-    summary.largest_jump = largest_jump(graph, rotation_vectors);
+    polish_vertices(problem, other.turns);
+    search_turns(problem, kEffort, other.turns);
+    other.energy = problem.energy(other.turns);
+    if (!(other.energy < before - kSmallestGain)) return false;
+    settle_jumps(problem, other, summary);
+    summary.energy = other.energy;
+    summary.lower_bound = std::min(summary.lower_bound, other.energy);
+    turn_vectors(problem, other.turns, rotation_vectors);
     return true;
 }
 

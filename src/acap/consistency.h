@@ -32,6 +32,11 @@ struct ConsistencySummary {
     double energy = 0;        // the result, never above the three
     double lower_bound = 0;   // no choice of turns has less; equals energy where proved
     double largest_jump = 0;  // max |r_i - r_j| of the result, radians
+    int large_jumps = 0;      // edges above π
+    int inherent_jumps = 0;   // of these: above π whatever the turns of the two ends are
+    // Of these: not shown to cost energy if brought to π or below. 0 proves that no move of any set
+    // of vertices removes a large jump without raising the energy.
+    int removable_jumps = 0;
 };
 
 /// Replaces principal logarithms r = ω θ (V) by ω (θ + 2π t), t integer, so that

@@ -109,6 +109,7 @@ bool TurnCover::level_nodes() {
             if (excess_[to] < -kRounding) last_level = level_[to];
         }
     }
+    effort_ += static_cast<std::int64_t>(queue_.size());
     return last_level != std::numeric_limits<int>::max();
 }
 
@@ -265,16 +266,6 @@ void TurnCover::confine(int vertex, int lower, int upper) {
     for (const std::size_t node : {2 * v, 2 * v + 1}) {
         const int turn = std::clamp(turn_[node], limits_[v].lower, limits_[v].upper);
         if (turn == turn_[node]) continue;
-        change_ -= local_energy(node);
-        set_turn(node, turn);
-        change_ += local_energy(node);
-    }
-}
-
-void TurnCover::assign(int vertex, int turn) {
-    const auto v = static_cast<std::size_t>(vertex);
-    for (const std::size_t node : {2 * v, 2 * v + 1}) {
-        if (turn_[node] == turn) continue;
         change_ -= local_energy(node);
         set_turn(node, turn);
         change_ += local_energy(node);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -38,11 +39,12 @@ class TurnCover {
     void confine(int vertex, int lower, int upper);
     int lower(int vertex) const { return limits_[static_cast<std::size_t>(vertex)].lower; }
     int upper(int vertex) const { return limits_[static_cast<std::size_t>(vertex)].upper; }
-    /// t = t' = `turn` at `vertex`.
-    void assign(int vertex, int turn);
 
     /// Vertices moved since the start, some more than once.
     const std::vector<int>& moved() const { return moved_; }
+
+    /// Copies looked at in all cuts so far: a measure of the work.
+    std::int64_t effort() const { return effort_; }
 
     /// A state to come back to.
     struct Mark {
@@ -85,6 +87,7 @@ class TurnCover {
     std::vector<double> value_;  // (2V) X and X'
     std::vector<Limits> limits_;
     double change_ = 0;
+    std::int64_t effort_ = 0;
     std::vector<Step> steps_;
     std::vector<int> moved_;
     std::vector<Confined> confined_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "turn_cover.h"
+
 namespace mscomp {
 namespace {
 
@@ -49,11 +51,11 @@ namespace {
 
 class Search {
   public:
-    Search(const TurnProblem& problem, int most_visited, const TurnProblem::Turns& turns)
+    Search(const TurnProblem& problem, std::int64_t most_effort, const TurnProblem::Turns& turns)
         : problem_(problem),
-          most_visited_(most_visited),
-          start_(turns),
+          most_effort_(most_effort),
           best_(turns),
+          differs_(turns.size(), 0),
           cover_(problem, turns) {}
 
     SearchResult run() {
@@ -75,17 +77,18 @@ class Search {
         ++visited_;
         cover_.minimize();
         if (hopeless()) return;
-        const std::vector<int> torn = try_both_copies();
+        const std::vector<int> torn = take_what_helps();
         if (torn.empty() || hopeless()) return;
-        if (visited_ >= most_visited_) {
-            open_bound_ = std::min(open_bound_, cover_.change());
-            return;
-        }
+        const double bound = cover_.change();
         const int vertex = widest(torn);
         const int first = cover_.turn(vertex), second = cover_.opposite_turn(vertex);
         const int middle = std::min(first, second) + std::abs(first - second) / 2;
         const bool low_first = best_[static_cast<std::size_t>(vertex)] <= middle;
         for (const bool low : {low_first, !low_first}) {
+            if (cover_.effort() >= most_effort_) {
+                open_bound_ = std::min(open_bound_, bound);
+                return;
+            }
             const TurnCover::Mark mark = cover_.mark();
             cover_.confine(vertex, low ? cover_.lower(vertex) : middle + 1,
                            low ? middle : cover_.upper(vertex));
@@ -94,31 +97,76 @@ class Search {
         }
     }
 
-    /// Takes t, then t', as turns and polishes them; returns the vertices where the two differ.
-    std::vector<int> try_both_copies() {
+    /// Lowers the best by what the cover proposes, patch by patch; returns the vertices where t and
+    /// t' differ.
+    std::vector<int> take_what_helps() {
         std::vector<int> moved = cover_.moved();
         std::sort(moved.begin(), moved.end());
         moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
         std::vector<int> torn;
         for (const int vertex : moved) {
-            if (cover_.turn(vertex) != cover_.opposite_turn(vertex)) torn.push_back(vertex);
+            const auto v = static_cast<std::size_t>(vertex);
+            const int turn = cover_.turn(vertex), opposite = cover_.opposite_turn(vertex);
+            if (turn != opposite) torn.push_back(vertex);
+            differs_[v] = turn != best_[v] || opposite != best_[v] ? 1 : 0;
         }
-        for (const bool opposite : {false, true}) {
-            TurnProblem::Turns trial = start_;
-            double change = 0;
-            for (const int vertex : moved) {
-                const int turn = opposite ? cover_.opposite_turn(vertex) : cover_.turn(vertex);
-                change += problem_.change(trial, vertex, turn);
-                trial[static_cast<std::size_t>(vertex)] = turn;
-            }
-            if (!torn.empty()) change += polish_vertices(problem_, moved, trial);
-            if (change < best_change_ - kGain) {
-                best_change_ = change;
-                best_ = std::move(trial);
-            }
-            if (torn.empty()) break;
+        std::vector<int> changed;
+        for (const int vertex : moved) {
+            if (differs_[static_cast<std::size_t>(vertex)] == 0) continue;
+            take_best_of_patch(patch_around(vertex), changed);
         }
+        if (!changed.empty()) best_change_ += polish_vertices(problem_, changed, best_);
         return torn;
+    }
+
+    /// The connected set of differing vertices that contains `vertex`, which differ no more.
+    std::vector<int> patch_around(int vertex) {
+        const OneRings& rings = problem_.graph().rings;
+        std::vector<int> patch{vertex};
+        differs_[static_cast<std::size_t>(vertex)] = 0;
+        for (std::size_t first = 0; first < patch.size(); ++first) {
+            const auto v = static_cast<std::size_t>(patch[first]);
+            for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
+                const int j = rings.neighbors[static_cast<std::size_t>(at)];
+                if (differs_[static_cast<std::size_t>(j)] == 0) continue;
+                differs_[static_cast<std::size_t>(j)] = 0;
+                patch.push_back(j);
+            }
+        }
+        return patch;
+    }
+
+    /// Of t, t', t where both agree, and the best as it is: what is least on this patch.
+    void take_best_of_patch(const std::vector<int>& patch, std::vector<int>& changed) {
+        const auto proposal = [&](int choice, int vertex) {
+            const int turn = cover_.turn(vertex), opposite = cover_.opposite_turn(vertex);
+            if (choice == 2 && turn != opposite) return best_[static_cast<std::size_t>(vertex)];
+            return choice == 1 ? opposite : turn;
+        };
+        std::vector<int> before, better;
+        for (const int vertex : patch) before.push_back(best_[static_cast<std::size_t>(vertex)]);
+        double least = -kGain;
+        for (int choice = 0; choice < 3; ++choice) {
+            std::vector<int> turns;
+            for (const int vertex : patch) turns.push_back(proposal(choice, vertex));
+            double change = 0;
+            for (std::size_t k = 0; k < patch.size(); ++k) {
+                change += problem_.change(best_, patch[k], turns[k]);
+                best_[static_cast<std::size_t>(patch[k])] = turns[k];
+            }
+            for (std::size_t k = 0; k < patch.size(); ++k) {
+                best_[static_cast<std::size_t>(patch[k])] = before[k];
+            }
+            if (change >= least) continue;
+            least = change;
+            better = std::move(turns);
+        }
+        if (better.empty()) return;
+        best_change_ += least;
+        for (std::size_t k = 0; k < patch.size(); ++k) {
+            best_[static_cast<std::size_t>(patch[k])] = better[k];
+            changed.push_back(patch[k]);
+        }
     }
 
     int widest(const std::vector<int>& torn) const {
@@ -142,8 +190,9 @@ class Search {
     }
 
     const TurnProblem& problem_;
-    int most_visited_;
-    TurnProblem::Turns start_, best_;
+    std::int64_t most_effort_;
+    TurnProblem::Turns best_;
+    std::vector<char> differs_;  // (V), all 0 between calls
     double best_change_ = 0;
     double open_bound_ = std::numeric_limits<double>::infinity();
     int visited_ = 0;
@@ -152,8 +201,9 @@ class Search {
 
 }  // namespace
 
-SearchResult search_turns(const TurnProblem& problem, int most_visited, TurnProblem::Turns& turns) {
-    Search search(problem, most_visited, turns);
+SearchResult search_turns(const TurnProblem& problem, std::int64_t most_effort,
+                          TurnProblem::Turns& turns) {
+    Search search(problem, most_effort, turns);
     const SearchResult result = search.run();
     turns = search.best();
     return result;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "turn_cover.h"
+#include <cstdint>
+
 #include "turn_problem.h"
 
 namespace mscomp {
@@ -22,7 +23,9 @@ struct SearchResult {
 /// Looks for the turns of least energy, from `turns`, which it replaces by the best found: branch
 /// and bound with TurnCover as the bound. A subproblem whose cover has its minimum at t = t' is
 /// solved; one whose bound is not below the best is dropped; otherwise a vertex with t != t' is
-/// confined to either half of its turns. Stops after `most_visited` subproblems.
-SearchResult search_turns(const TurnProblem& problem, int most_visited, TurnProblem::Turns& turns);
+/// confined to either half of its turns. The first subproblem is always solved; no other is begun
+/// once the cuts have looked at `most_effort` copies of vertices.
+SearchResult search_turns(const TurnProblem& problem, std::int64_t most_effort,
+                          TurnProblem::Turns& turns);
 
 }  // namespace mscomp
