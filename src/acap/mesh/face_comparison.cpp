@@ -63,7 +63,7 @@ void SortedFaces::sort_faces_of_one_corner() {
                                       [&](std::size_t i) { return face(i).front() != corner; });
         std::sort(begin, end, [&](std::size_t i, std::size_t j) {
             const auto order = compare(face(i), face(j));
-            return order != 0 ? order < 0 : i < j;
+            return std::is_neq(order) ? std::is_lt(order) : i < j;
         });
         begin = end;
     }
@@ -76,9 +76,9 @@ std::optional<std::size_t> SortedFaces::first_missing_in(const SortedFaces& othe
         auto order = std::strong_ordering::greater;  // of theirs, against mine
         for (; theirs != other.order_.end(); ++theirs) {
             order = compare(other.face(*theirs), face(mine));
-            if (order >= 0) break;
+            if (std::is_gteq(order)) break;
         }
-        if (order == 0) {
+        if (std::is_eq(order)) {
             ++theirs;
         } else {
             first = std::min(first, mine);
