@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include "feature_equations.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "acap_cases.h"
+#include "quasi_newton.h"
+#include "ring_residual.h"
+#include "rotation.h"
+
+namespace mscomp {
+namespace {
+
+using namespace cases;
+
+struct Problem {
+    TriangleMesh reference;
+    std::vector<Point> shape;
+    FeatureEquations equations;
+    std::vector<Matrix3d> wanted;
+
+    /// Features of `target`, looked at from `from`.
+    Problem(const TriangleMesh& mesh, const TriangleMesh& target, const TriangleMesh& from)
+        : reference(mesh), shape(from.vertices), equations(mesh, EdgeWeights::cotangent) {
+        wanted = equations.wanted(equations.gradients().compute(target.vertices).gradients);
+    }
+    double energy(const std::vector<Point>& at_shape) const {
+        std::vector<Point> unused;
+        return equations.energy(at_shape, wanted, unused);
+    }
+};
+
+std::vector<Problem> problems() {
+    const TriangleMesh ball = bumpy_sphere(1), sheet = shapes::grid(4, 3);
+    const auto lifted = [](const Vector3d& p) -> Vector3d {
+        return {p.x(), p.y() + 0.1 * p.x(), 0.2 * p.x() * p.y()};
+    };
+    std::vector<Problem> result;
+    result.emplace_back(ball, ball, mapped(ball, wobble));
+    result.emplace_back(sheet, sheet, mapped(sheet, lifted));
+    return result;
+}
+
+// E = Σ_i |(T'_i - T_i) M_i^½|², written with the gradients of extraction.
+TEST(FeatureEquations, EnergyIsTheDistanceOfTheGradientsInTheMetricOfTheMoments) {
+    for (const Problem& problem : problems()) {
+        const DeformationGradients& gradients = problem.equations.gradients();
+        const auto now = gradients.compute(problem.shape).gradients;
+        const auto before = gradients.compute(problem.reference.vertices).gradients;
+        double sum = 0;
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            const Matrix3d moment = gradients.inverse_moments()[i].inverse();
+            const Matrix3d difference = now[i] - before[i];
+            sum += (difference * moment * difference.transpose()).trace();
+        }
+        EXPECT_NEAR(problem.energy(problem.shape), sum, 1e-9 * sum);
+    }
+}
+
+// Against 4-point differences, in the direction of every coordinate.
+TEST(FeatureEquations, DerivativeIsThatOfTheEnergy) {
+    for (const Problem& problem : problems()) {
+        std::vector<Point> derivative;
+        problem.equations.energy(problem.shape, problem.wanted, derivative);
+        double scale = 0;
+        for (const Point& p : derivative) scale = std::max(scale, vec(p).norm());
+        for (std::size_t i = 0; i < problem.shape.size(); ++i) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto moved_by = [&](double step) {
+                    std::vector<Point> shape = problem.shape;
+                    shape[i][axis] += step;
+                    return problem.energy(shape);
+                };
+                const double h = 1e-4;
+                const double slope =
+                    (8 * (moved_by(h) - moved_by(-h)) - (moved_by(2 * h) - moved_by(-2 * h))) /
+                    (12 * h);
+                EXPECT_LE(std::abs(derivative[i][axis] - slope), 1e-8 * scale)
+                    << "vertex " << i << ", axis " << axis;
+            }
+        }
+    }
+}
+
+// The residuals given to Ceres: their squares make E, Jᵀ r half its derivative.
+TEST(FeatureEquations, RingResidualsAndTheirJacobiansMakeEnergyAndDerivative) {
+    for (const Problem& problem : problems()) {
+        const std::vector<RingShape> rings = ring_shapes(problem.equations);
+        std::vector<Point> derivative, sum(problem.shape.size(), Point{});
+        const double energy = problem.equations.energy(problem.shape, problem.wanted, derivative);
+        double squares = 0;
+        for (std::size_t i = 0; i < rings.size(); ++i) {
+            const RingResidual residual(rings[i], problem.wanted[i]);
+            const std::size_t count = rings[i].members.size();
+            std::vector<const double*> positions;
+            std::vector<std::array<double, 27>> jacobians(count);
+            std::vector<double*> rows;
+            for (std::size_t k = 0; k < count; ++k) {
+                positions.push_back(problem.shape[at(rings[i].members[k])].data());
+                rows.push_back(jacobians[k].data());
+            }
+            std::array<double, 9> r{};
+            ASSERT_TRUE(residual.Evaluate(positions.data(), r.data(), rows.data()));
+            for (std::size_t e = 0; e < 9; ++e) {
+                squares += r[e] * r[e];
+                for (std::size_t k = 0; k < count; ++k) {
+                    for (std::size_t axis = 0; axis < 3; ++axis) {
+                        sum[at(rings[i].members[k])][axis] += 2 * jacobians[k][3 * e + axis] * r[e];
+                    }
+                }
+            }
+        }
+        EXPECT_NEAR(squares, energy, 1e-10 * energy);
+        for (std::size_t i = 0; i < sum.size(); ++i) {
+            EXPECT_LE((vec(sum[i]) - vec(derivative[i])).norm(), 1e-9 * std::sqrt(energy));
+        }
+    }
+}
+
+// Without the pseudo-edge: r_i P_i does not change when only the pseudo-edge does.
+TEST(FeatureEquations, TangentialPartDoesNotSeeThePseudoEdge) {
+    for (const Problem& problem : problems()) {
+        for (std::size_t i = 0; i < problem.shape.size(); ++i) {
+            const Vector3d seen =
+                problem.equations.tangential()[i] * problem.equations.normal_factors()[i];
+            EXPECT_LE(seen.norm(), 1e-12 * problem.equations.normal_factors()[i].norm());
+            EXPECT_NEAR(problem.equations.tangential()[i].trace(), 2, 1e-12);
+        }
+    }
+}
+
+// f = ½ xᵀ A x - b·x; the minimum is A⁻¹ b. With the exact inverse one step is enough.
+TEST(QuasiNewton, FindsTheMinimumOfAParabolaInOneStepGivenItsInverse) {
+    Matrix3d a;
+    a << 4, 1, 0, 1, 3, -1, 0, -1, 2;
+    const Vector3d b(1, -2, 5);
+    const auto f = [&](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
+        slope = a * x - b;
+        return 0.5 * x.dot(a * x) - b.dot(x);
+    };
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(3);
+    QuasiNewtonOptions options;
+    options.largest_step = 1e-12;
+    options.least_gain = 0;
+    const auto found = minimize(
+        f, [&](const Eigen::VectorXd& g) -> Eigen::VectorXd { return a.inverse() * g; }, x,
+        options);
+    EXPECT_TRUE(found.converged);
+    EXPECT_LE(found.steps, 2);
+    EXPECT_LE((x - Eigen::VectorXd(a.inverse() * b)).norm(), 1e-10);
+}
+
+// Rosenbrock's valley, minimum 0 at (1, 1), from the usual start and with no idea of its Hessian.
+TEST(QuasiNewton, FollowsACurvedValley) {
+    const auto f = [](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
+        const double u = 1 - x[0], v = x[1] - x[0] * x[0];
+        slope.resize(2);
+        slope << -2 * u - 400 * x[0] * v, 200 * v;
+        return u * u + 100 * v * v;
+    };
+    Eigen::VectorXd x(2);
+    x << -1.2, 1;
+    QuasiNewtonOptions options;
+    options.largest_step = 1e-10;
+    options.least_gain = 0;
+    options.max_evaluations = 500;
+    const auto found = minimize(
+        f, [](const Eigen::VectorXd& g) -> Eigen::VectorXd { return 1e-3 * g; }, x, options);
+    EXPECT_LE(found.value, 1e-12);
+    EXPECT_LE((x - Eigen::VectorXd::Ones(2)).norm(), 1e-5);
+}
+
+// A function that only looks like a descent: the value never rises, and the end is honest.
+TEST(QuasiNewton, StopsUnconvergedWhereTheDerivativeIsWrong) {
+    const auto f = [](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
+        slope = -Eigen::VectorXd::Ones(1);
+        return std::abs(x[0]);
+    };
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(1);
+    const auto found = minimize(
+        f, [](const Eigen::VectorXd& g) { return g; }, x, QuasiNewtonOptions{});
+    EXPECT_FALSE(found.converged);
+    EXPECT_EQ(found.value, 0);
+}
+
+}  // namespace
+}  // namespace mscomp
