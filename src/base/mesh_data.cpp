@@ -5,6 +5,14 @@
 
 namespace mscomp {
 
+std::vector<Point> points_of(std::span<const float> coordinates) {
+    std::vector<Point> points(coordinates.size() / 3);
+    for (std::size_t i = 0; i < 3 * points.size(); ++i) {
+        points[i / 3][i % 3] = static_cast<double>(coordinates[i]);
+    }
+    return points;
+}
+
 OneRings one_rings_of_faces(int vertex_count, const std::vector<Face>& faces) {
     std::vector<std::array<int, 2>> edges;
     edges.reserve(faces.size() * 6);

@@ -29,7 +29,8 @@ void run_extract(const ExtractCommand& options);
 struct ReconstructCommand {
     std::string features;
     std::string output;
-    std::string solver = "poisson";
+    std::string solver = "lossless";
+    std::string handles;  // a JSON file of vertices and where they shall be
     std::string frames = ":";
     std::string format = "obj";
     bool keep_aligned = false;

@@ -43,7 +43,7 @@ float full_color_amount(const std::vector<float>& amount) {
 }
 
 DeformedShape deformed_shape(const nn::Component& component, const TriangleMesh& reference,
-                             const PoissonReconstruction& poisson) {
+                             const LosslessReconstruction& reconstruction) {
     DeformedShape shape;
     std::vector<float> features = component.difference;
     for (std::size_t i = 0; i < features.size(); ++i) {
@@ -56,7 +56,7 @@ DeformedShape deformed_shape(const nn::Component& component, const TriangleMesh&
         features[i] += kReferenceFeature[i % kFeatureDim];
     }
     shape.full_blue = full_color_amount(shape.amount);
-    shape.mesh = {poisson.solve(features), reference.faces};
+    shape.mesh = {reconstruction.solve(features).vertices, reference.faces};
     return shape;
 }
 
@@ -207,7 +207,8 @@ void run_export(const ExportOptions& options) {
     const nn::ModelContext& context = run.context();
     const int vertices = context.reference.vertex_count();
     const std::vector<nn::Component> components = run.components();
-    const PoissonReconstruction poisson(context.reference, parse_edge_weights(context.weights));
+    const LosslessReconstruction reconstruction(context.reference,
+                                                parse_edge_weights(context.weights));
     create_folder(options.output);
     remove_earlier_export(options.output);
 
@@ -222,7 +223,8 @@ void run_export(const ExportOptions& options) {
         list.push_back(describe(component, vertices, has_file));
         kept += component.kept ? 1 : 0;
         if (has_file) {
-            shown.push_back({&component, deformed_shape(component, context.reference, poisson)});
+            shown.push_back(
+                {&component, deformed_shape(component, context.reference, reconstruction)});
             write_component_ply(fmt::format("{}/{}", options.output, file_name(component)),
                                 shown.back().shape);
         }

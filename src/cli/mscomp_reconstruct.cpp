@@ -51,14 +51,6 @@ std::vector<int> chosen_shapes(const DecodeOptions& options, const TrainedRun& r
     return shapes;
 }
 
-std::vector<Point> points_of(std::span<const float> vertices) {
-    std::vector<Point> points(vertices.size() / 3);
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-        points[i / 3][i % 3] = static_cast<double>(vertices[i]);
-    }
-    return points;
-}
-
 /// What comes out beside the meshes.
 struct Fit {
     double rms_error = 0;
@@ -71,8 +63,8 @@ Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureSe
     FeatureScaler minmax;
     minmax.offset = run.context().minmax_offset;
     minmax.factor = run.context().minmax_factor;
-    const PoissonReconstruction poisson(run.context().reference,
-                                        parse_edge_weights(run.context().weights));
+    const LosslessReconstruction reconstruction(run.context().reference,
+                                                parse_edge_weights(run.context().weights));
     const std::vector<std::string> names = shape_file_names(set.names);
     std::vector<float> scaled = set.features;
     scaler.scale(scaled);
@@ -95,10 +87,12 @@ Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureSe
             std::vector<float> result(
                 decoded.begin() + static_cast<std::ptrdiff_t>(m * size),
                 decoded.begin() + static_cast<std::ptrdiff_t>((m + 1) * size));
-            TriangleMesh mesh{poisson.solve(result), set.reference.faces};
+            const std::vector<Point> input =
+                points_of(std::span(set.vertices).subspan(shape * size / 3, size / 3));
+            const TriangleMesh mesh{reconstruction.solve(result, input).vertices,
+                                    set.reference.faces};
             write_obj(fmt::format("{}/{}.obj", options.output, names[shape]), mesh);
-            rms.add(points_of(std::span(set.vertices).subspan(shape * size / 3, size / 3)),
-                    mesh.vertices);
+            rms.add(input, mesh.vertices);
             std::vector<float> truth(set.shape(batch[m]).begin(), set.shape(batch[m]).end());
             const bool is_reference =
                 std::ranges::all_of(truth, [i = std::size_t{0}](float x) mutable {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,9 @@ namespace mscomp {
 
 using Point = std::array<double, 3>;
 using Face = std::array<int, 3>;
+
+/// Points of V x 3 coordinates.
+std::vector<Point> points_of(std::span<const float> coordinates);
 
 /// One triangle mesh: V positions in the unit of its file and F faces (0-based, order as in the
 /// file, polygons split). Plain data: every module may hold it, only acap/mesh reads and judges it.

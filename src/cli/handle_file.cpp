@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "handle_file.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+
+namespace mscomp {
+namespace {
+
+using Json = nlohmann::json;
+
+class HandleReader {
+  public:
+    HandleReader(const std::string& path, int vertex_count)
+        : path_(path), vertex_count_(vertex_count) {}
+
+    std::vector<Handle> read() {
+        const Json file = Json::parse(read_file(path_), nullptr, false);
+        if (file.is_discarded()) throw InputError({path_}, "is not valid JSON");
+        if (!file.is_object() || !file.contains("handles") || !file["handles"].is_array()) {
+            throw InputError({path_}, "wanted an object with a list 'handles'");
+        }
+        std::vector<Handle> handles;
+        for (const Json& entry : file["handles"]) {
+            handles.push_back(read_one(entry));
+            ++index_;
+        }
+        if (handles.empty()) throw InputError({path_}, "names no handle, wanted at least one");
+        return handles;
+    }
+
+  private:
+    Handle read_one(const Json& entry) const {
+        if (!entry.is_object()) fail("wanted an object with 'vertex' and 'position'");
+        for (const auto& [key, value] : entry.items()) {
+            if (key == "vertex" || key == "position" || key == "weight") continue;
+            fail(fmt::format("unknown key '{}', wanted vertex, position or weight", key));
+        }
+        Handle handle;
+        const Json vertex = entry.value("vertex", Json());
+        if (!vertex.is_number_integer() || vertex < 0 || vertex >= vertex_count_) {
+            fail(fmt::format("'vertex' is {}, wanted 0 to {}", vertex.dump(), vertex_count_ - 1));
+        }
+        handle.vertex = vertex.get<int>();
+        const Json position = entry.value("position", Json());
+        if (!position.is_array() || position.size() != 3) {
+            fail(fmt::format("'position' is {}, wanted three numbers", position.dump()));
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (!position[axis].is_number()) {
+                fail(fmt::format("'position' is {}, wanted three numbers", position.dump()));
+            }
+            handle.position[axis] = position[axis].get<double>();
+        }
+        if (entry.contains("weight")) {
+            const Json& weight = entry["weight"];
+            if (!weight.is_number() || !(weight.get<double>() > 0)) {
+                fail(fmt::format("'weight' is {}, wanted a positive number", weight.dump()));
+            }
+            handle.weight = weight.get<double>();
+        }
+        return handle;
+    }
+
+    [[noreturn]] void fail(std::string_view message) const {
+        throw InputError({path_}, fmt::format("handles[{}]: {}", index_, message));
+    }
+
+    const std::string& path_;
+    int vertex_count_;
+    std::size_t index_ = 0;
+};
+
+}  // namespace
+
+std::vector<Handle> read_handles(const std::string& path, int vertex_count) {
+    return HandleReader(path, vertex_count).read();
+}
+
+}  // namespace mscomp
