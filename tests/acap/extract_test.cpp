@@ -218,7 +218,7 @@ void expect_same_bits(const FeatureSet& got, const FeatureSet& wanted) {
 }
 
 TEST(Extract, IsBitIdenticalForAnyNumberOfThreadsInMemoryAndInAFile) {
-    const std::vector<TriangleMesh> shapes = turning_shapes(21);  // more than a chunk of one thread
+    const std::vector<TriangleMesh> shapes = turning_shapes(10);  // more than a chunk of one thread
     const MeshSequence sequence = sequence_of(shapes);
     set_thread_count(1);
     const FeatureSet wanted = extract_features(sequence, shapes[0].vertices);
