@@ -9,6 +9,7 @@
 #include "quasi_newton.h"
 #include "ring_residual.h"
 #include "rotation.h"
+#include "tangential_solve.h"
 
 namespace mscomp {
 namespace {
@@ -84,37 +85,78 @@ TEST(FeatureEquations, DerivativeIsThatOfTheEnergy) {
     }
 }
 
-// The residuals given to Ceres: their squares make E, Jᵀ r half its derivative.
-TEST(FeatureEquations, RingResidualsAndTheirJacobiansMakeEnergyAndDerivative) {
-    for (const Problem& problem : problems()) {
-        const std::vector<RingShape> rings = ring_shapes(problem.equations);
-        std::vector<Point> derivative, sum(problem.shape.size(), Point{});
-        const double energy = problem.equations.energy(problem.shape, problem.wanted, derivative);
-        double squares = 0;
-        for (std::size_t i = 0; i < rings.size(); ++i) {
-            const RingResidual residual(rings[i], problem.wanted[i]);
-            const std::size_t count = rings[i].members.size();
-            std::vector<const double*> positions;
-            std::vector<std::array<double, 27>> jacobians(count);
-            std::vector<double*> rows;
+/// Σ |r_i|² of the residuals given to Ceres, and twice Jᵀ r.
+double ring_squares(const Problem& problem, std::vector<Point>& slope) {
+    const std::vector<RingShape> rings = ring_shapes(problem.equations);
+    slope.assign(problem.shape.size(), Point{});
+    double squares = 0;
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+        const RingResidual residual(rings[i], problem.wanted[i]);
+        const std::size_t count = rings[i].members.size();
+        std::vector<const double*> positions;
+        std::vector<std::array<double, 27>> jacobians(count);
+        std::vector<double*> rows;
+        for (std::size_t k = 0; k < count; ++k) {
+            positions.push_back(problem.shape[at(rings[i].members[k])].data());
+            rows.push_back(jacobians[k].data());
+        }
+        std::array<double, 9> r{};
+        EXPECT_TRUE(residual.Evaluate(positions.data(), r.data(), rows.data()));
+        for (std::size_t e = 0; e < 9; ++e) {
+            squares += r[e] * r[e];
             for (std::size_t k = 0; k < count; ++k) {
-                positions.push_back(problem.shape[at(rings[i].members[k])].data());
-                rows.push_back(jacobians[k].data());
-            }
-            std::array<double, 9> r{};
-            ASSERT_TRUE(residual.Evaluate(positions.data(), r.data(), rows.data()));
-            for (std::size_t e = 0; e < 9; ++e) {
-                squares += r[e] * r[e];
-                for (std::size_t k = 0; k < count; ++k) {
-                    for (std::size_t axis = 0; axis < 3; ++axis) {
-                        sum[at(rings[i].members[k])][axis] += 2 * jacobians[k][3 * e + axis] * r[e];
-                    }
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    slope[at(rings[i].members[k])][axis] += 2 * jacobians[k][3 * e + axis] * r[e];
                 }
             }
         }
-        EXPECT_NEAR(squares, energy, 1e-10 * energy);
-        for (std::size_t i = 0; i < sum.size(); ++i) {
-            EXPECT_LE((vec(sum[i]) - vec(derivative[i])).norm(), 1e-9 * std::sqrt(energy));
+    }
+    return squares;
+}
+
+TEST(FeatureEquations, RingResidualsAndTheirJacobiansMakeEnergyAndDerivative) {
+    for (const Problem& problem : problems()) {
+        std::vector<Point> derivative, slope;
+        const double energy = problem.equations.energy(problem.shape, problem.wanted, derivative);
+        EXPECT_NEAR(ring_squares(problem, slope), energy, 1e-10 * energy);
+        for (std::size_t i = 0; i < slope.size(); ++i) {
+            EXPECT_LE((vec(slope[i]) - vec(derivative[i])).norm(), 1e-9 * std::sqrt(energy));
+        }
+    }
+}
+
+// Folded flat along its middle, the normals of the rings there cancel: both ways of writing the
+// equations must choose the same of the two directions, whichever way the sheet is turned.
+TEST(FeatureEquations, RingResidualsAgreeOnFoldedRings) {
+    const TriangleMesh sheet = shapes::grid(7, 5);
+    const double middle = sheet.vertices[at(sheet.vertex_count() / 2)][0];
+    const TriangleMesh flat = mapped(sheet, [&](const Vector3d& p) -> Vector3d {
+        return {middle + std::abs(p.x() - middle), p.y(), 0};
+    });
+    for (const double angle : {0.3, 1.7, 3.1, 4.4}) {
+        const Matrix3d turn = rotation_about({1, 2, 0.5}, angle);
+        const auto turned = [&](const Vector3d& p) -> Vector3d { return turn * p; };
+        const Problem problem(sheet, sheet, mapped(flat, turned));
+        ASSERT_GT(problem.equations.gradients().pseudo_edges(problem.shape).folded_rings.count, 2);
+        std::vector<Point> derivative, slope;
+        const double energy = problem.equations.energy(problem.shape, problem.wanted, derivative);
+        EXPECT_NEAR(ring_squares(problem, slope), energy, 1e-10 * energy);
+    }
+}
+
+// A mesh fulfils the linear part of the equations of its features: from anywhere, one solve finds
+// it.
+TEST(TangentialSolve, FindsTheMeshOfItsGradientsFromAnywhere) {
+    for (const Problem& problem : problems()) {
+        const TangentialSolve solve(problem.equations, {0});
+        std::vector<Point> found(problem.shape.size());
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            found[i] = point(vec(problem.shape[i]) + Vector3d::Constant(0.1 * std::sin(7.0 * i)));
+        }
+        solve.apply(problem.wanted, found);
+        const Vector3d shift = vec(problem.reference.vertices[0]) - vec(found[0]);
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            EXPECT_LE((vec(found[i]) + shift - vec(problem.reference.vertices[i])).norm(), 1e-9);
         }
     }
 }
