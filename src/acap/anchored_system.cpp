@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "anchored_system.h"
 
-#include "mscomp/base/error.h"
-
 namespace mscomp {
 
 void add_laplacian(const OneRings& rings, const std::vector<double>& weights, double share,
@@ -55,23 +53,23 @@ AnchoredSystem::AnchoredSystem(const MatrixEntries& entries, int vertex_count,
     }
     Eigen::SparseMatrix<double> matrix(unknown_count_, unknown_count_);
     matrix.setFromTriplets(kept.begin(), kept.end());
-    factor_.compute(matrix);
-    if (factor_.info() != Eigen::Success) {
-        throw NumericalError(name + " could not be factorised");
-    }
+    if (unknown_count_ > 0) factor_.emplace(matrix, name);
 }
 
 std::vector<Point> AnchoredSystem::solve(const std::vector<Point>& right_hand_sides) const {
-    Eigen::Matrix<double, Eigen::Dynamic, 3> rows(unknown_count_, 3);
+    using Lanes = BlockCholesky<4>::Lanes;
+    std::vector<Lanes> rows(static_cast<std::size_t>(unknown_count_)), work;
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
         if (unknown_[i] < 0) continue;
-        rows.row(unknown_[i]) = Eigen::Map<const Eigen::RowVector3d>(right_hand_sides[i].data());
+        const auto& [x, y, z] = right_hand_sides[i];
+        rows[static_cast<std::size_t>(unknown_[i])] = {x, y, z, 0};
     }
-    const Eigen::Matrix<double, Eigen::Dynamic, 3> solution = factor_.solve(rows);
+    if (factor_) factor_->solve(rows, work);
     std::vector<Point> result(unknown_.size(), Point{});
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
         if (unknown_[i] < 0) continue;
-        Eigen::Map<Eigen::RowVector3d>(result[i].data()) = solution.row(unknown_[i]);
+        const auto& [x, y, z, empty] = rows[static_cast<std::size_t>(unknown_[i])];
+        result[i] = {x, y, z};
     }
     return result;
 }

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/linear/block_cholesky.h"
 
 namespace mscomp {
 
@@ -36,7 +37,7 @@ class AnchoredSystem {
   private:
     std::vector<int> unknown_;  // (V) row of the system, -1 for the anchors
     int unknown_count_ = 0;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
+    std::optional<BlockCholesky<4>> factor_;  // three right-hand sides and one lane left empty
 };
 
 }  // namespace mscomp

@@ -36,12 +36,13 @@ void supply_reference(Contents& contents, const std::string& path, const Supplem
 void supply_vertices(Contents& contents, int shape_count) {
     FeatureSet& set = *contents.features;
     if (!set.vertices.empty()) return;
-    const PoissonReconstruction poisson(set.reference, parse_edge_weights(set.weights));
+    const LosslessReconstruction lossless(set.reference, parse_edge_weights(set.weights));
     const auto size = static_cast<std::size_t>(set.vertex_count()) * 3;
     set.vertices.resize(static_cast<std::size_t>(shape_count) * size);
     parallel_for(shape_count, [&](std::int64_t shape) {
         float* out = set.vertices.data() + static_cast<std::size_t>(shape) * size;
-        for (const Point& point : poisson.solve(set.shape(static_cast<int>(shape)))) {
+        const ReconstructedShape solved = lossless.solve(set.shape(static_cast<int>(shape)));
+        for (const Point& point : solved.vertices) {
             for (const double x : point) *out++ = static_cast<float>(x);
         }
     });

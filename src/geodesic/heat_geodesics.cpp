@@ -9,10 +9,10 @@
 #include <cmath>
 #include <limits>
 
-#include "block_cholesky.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/geodesic/intrinsic_triangles.h"
+#include "mscomp/linear/block_cholesky.h"
 
 namespace mscomp {
 namespace {
@@ -26,6 +26,9 @@ constexpr double kSourceHeat = 1e200;
 constexpr double kSmallestHeatWeight = 1e-3;
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
+
+constexpr std::size_t kLanes = 8;  // rows solved together
+using Lanes = BlockCholesky<kLanes>::Lanes;
 
 /// One undirected edge and its cotangent weight.
 struct Edge {
@@ -147,8 +150,8 @@ struct HeatGeodesics::State {
         : surface(std::move(triangles)),
           lonely(without_triangle(surface)),
           anchored(anchors(surface, lonely)),
-          heat(heat_matrix(surface, time, lonely), "heat"),
-          poisson(poisson_matrix(surface, anchored), "Poisson") {}
+          heat(heat_matrix(surface, time, lonely), "the heat matrix of the geodesics"),
+          poisson(poisson_matrix(surface, anchored), "the Poisson matrix of the geodesics") {}
 
     /// Rows of up to kLanes source sets.
     void solve(std::span<const std::vector<int>> source_sets,
@@ -159,8 +162,8 @@ struct HeatGeodesics::State {
     IntrinsicTriangles surface;
     std::vector<bool> lonely;    // in no triangle
     std::vector<bool> anchored;  // where phi is held at 0
-    BlockCholesky heat;
-    BlockCholesky poisson;
+    BlockCholesky<kLanes> heat;
+    BlockCholesky<kLanes> poisson;
 };
 
 void HeatGeodesics::State::solve(std::span<const std::vector<int>> source_sets,

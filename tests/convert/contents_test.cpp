@@ -53,7 +53,7 @@ double largest_difference(const std::vector<Point>& a, const std::vector<Point>&
     return largest;
 }
 
-// Poisson's equation is nearly exact on a bar that is twisted evenly (0.2 thick, 2.2 long).
+// Their text has six digits; the bar is 2.2 long.
 TEST(CompleteFeatures, TheAuthorsTextGivesTheirTwistedBar) {
     const std::string base = MSCOMP_SHARED_DIR "/reference/acap-bar/";
     if (!std::filesystem::exists(base)) GTEST_SKIP() << base << " is not there";
@@ -69,7 +69,7 @@ TEST(CompleteFeatures, TheAuthorsTextGivesTheirTwistedBar) {
     const Contents contents = complete_features(std::move(set), 3, 1154, "x", supplement);
     const FeatureShapes shapes(*contents.features, false);
     EXPECT_LE(largest_difference(shapes.shape(0), supplement.reference->vertices), 1e-6);
-    EXPECT_LE(largest_difference(shapes.shape(1), read_mesh(base + "2.obj").vertices), 2e-3);
+    EXPECT_LE(largest_difference(shapes.shape(1), read_mesh(base + "2.obj").vertices), 5e-6);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "block_cholesky.h"
+#include "mscomp/linear/block_cholesky.h"
 
 #include <fmt/format.h>
 
@@ -10,13 +10,14 @@
 
 namespace mscomp {
 
-BlockCholesky::BlockCholesky(const Eigen::SparseMatrix<double>& A, const std::string& name) {
+template <std::size_t kLanes>
+BlockCholesky<kLanes>::BlockCholesky(const Eigen::SparseMatrix<double>& A,
+                                     const std::string& name) {
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>>
         factor(A);
     const auto size = static_cast<std::size_t>(A.rows());
     if (factor.info() != Eigen::Success) {
-        throw NumericalError(
-            fmt::format("geodesics: the {} matrix ({} rows) cannot be factorised", name, size));
+        throw NumericalError(fmt::format("{} ({} rows) cannot be factorised", name, size));
     }
     const Eigen::SparseMatrix<double> L = factor.matrixL().nestedExpression();
     column_begin_.assign(1, 0);
@@ -26,8 +27,7 @@ BlockCholesky::BlockCholesky(const Eigen::SparseMatrix<double>& A, const std::st
         const double pivot = factor.vectorD()[column];
         if (!(pivot > 0) || !std::isfinite(pivot)) {
             throw NumericalError(
-                fmt::format("geodesics: pivot {} of the {} matrix is {}, wanted a positive number",
-                            j, name, pivot));
+                fmt::format("pivot {} of {} is {}, wanted a positive number", j, name, pivot));
         }
         inverse_of_diagonal_.push_back(1 / pivot);
         position_[j] = factor.permutationP().indices()[column];
@@ -40,7 +40,8 @@ BlockCholesky::BlockCholesky(const Eigen::SparseMatrix<double>& A, const std::st
     }
 }
 
-void BlockCholesky::solve(std::vector<Lanes>& x, std::vector<Lanes>& work) const {
+template <std::size_t kLanes>
+void BlockCholesky<kLanes>::solve(std::vector<Lanes>& x, std::vector<Lanes>& work) const {
     const std::size_t size = position_.size();
     work.resize(size);
     for (std::size_t i = 0; i < size; ++i) work[static_cast<std::size_t>(position_[i])] = x[i];
@@ -64,5 +65,8 @@ void BlockCholesky::solve(std::vector<Lanes>& x, std::vector<Lanes>& work) const
     }
     for (std::size_t i = 0; i < size; ++i) x[i] = work[static_cast<std::size_t>(position_[i])];
 }
+
+template class BlockCholesky<4>;
+template class BlockCholesky<8>;
 
 }  // namespace mscomp
