@@ -18,6 +18,9 @@ namespace mscomp {
 namespace {
 
 constexpr double kLaplacianShare = 0.01;
+// Rounding a rotation vector of some turns to float32 leaves this residual: below it, steps would
+// only follow the rounding.
+constexpr double kRounding = 2e-7;
 constexpr double kSmallestStep = 1e-8;  // of the size of the reference
 
 /// Hessian of the energy over 2 with the pseudo-edges held, the same for each coordinate, plus a
@@ -140,6 +143,7 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
     Eigen::VectorXd x = flat(result.vertices);
     QuasiNewtonOptions options;
     options.largest_step = state.smallest_step;
+    options.least_value = kRounding * kRounding * squared_size(wanted);
     const QuasiNewtonResult found = minimize(energy, precondition, x, options);
     result.vertices = points_of(x);
     result.steps = found.steps;

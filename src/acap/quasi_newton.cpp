@@ -54,6 +54,10 @@ QuasiNewtonResult minimize(const std::function<double(const VectorXd&, VectorXd&
     int evaluations = 1;
     std::deque<Pair> pairs;
     while (evaluations < options.max_evaluations) {
+        if (result.value <= options.least_value) {
+            result.converged = true;
+            return result;
+        }
         VectorXd step = -inverse_hessian_times(derivative, pairs, precondition);
         double slope = step.dot(derivative);
         if (!(slope < 0)) {

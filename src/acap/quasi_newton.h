@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 
 namespace mscomp {
 
@@ -10,7 +11,8 @@ struct QuasiNewtonOptions {
     int memory = 8;             // pairs of steps and changes of the derivative that are kept
     int max_evaluations = 100;  // of the function
     double largest_step = 0;    // converged when no entry of x moves by more,
-    double least_gain = 1e-6;   // or when a step lowers the value by a smaller share of it
+    double least_gain = 1e-6;   // or when a step lowers the value by a smaller share of it,
+    double least_value = -std::numeric_limits<double>::infinity();  // or where it is no larger
 };
 
 struct QuasiNewtonResult {

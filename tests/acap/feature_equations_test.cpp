@@ -214,6 +214,21 @@ TEST(QuasiNewton, FollowsACurvedValley) {
     EXPECT_LE((x - Eigen::VectorXd::Ones(2)).norm(), 1e-5);
 }
 
+TEST(QuasiNewton, StopsWhereTheValueIsSmallEnough) {
+    const auto f = [](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
+        slope = 2 * x;
+        return x.squaredNorm();
+    };
+    Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 2.0);
+    QuasiNewtonOptions options;
+    options.least_value = 4;
+    const auto found = minimize(
+        f, [](const Eigen::VectorXd& g) { return g; }, x, options);
+    EXPECT_TRUE(found.converged);
+    EXPECT_EQ(found.steps, 0);
+    EXPECT_EQ(x[0], 2);
+}
+
 // A function that only looks like a descent: the value never rises, and the end is honest.
 TEST(QuasiNewton, StopsUnconvergedWhereTheDerivativeIsWrong) {
     const auto f = [](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
