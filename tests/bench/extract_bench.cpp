@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// Extraction from OBJ files to a feature file against the loop that one writes first
+// (plain_extraction.h), and its stages one by one. What both give is compared before anything is
+// timed.
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "base/temporary_folder.h"
+#include "consistency.h"
+#include "deformation_gradient.h"
+#include "mscomp/acap/alignment.h"
+#include "mscomp/acap/feature_file.h"
+#include "mscomp/acap/generate.h"
+#include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/acap/mesh/shape_source.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/base/random.h"
+#include "plain_extraction.h"
+#include "polar.h"
+#include "rotation.h"
+#include "shape_extraction.h"
+
+namespace mscomp {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// A sequence on disk, and a folder for what is made of it; removed at the end.
+struct Files {
+    TemporaryFolder folder;
+    std::vector<std::string> paths;
+};
+
+const Files& files_of(const std::string& name) {
+    static std::map<std::string, Files> all;
+    Files& files = all[name];
+    if (!files.paths.empty()) return files;
+    if (name == "horse") {
+        files.paths = expand_inputs({MSCOMP_SHARED_DIR "/data/horse"});
+        return files;
+    }
+    const GeneratedSequence generated = generate_arm(49, 0, 8431);
+    for (std::size_t n = 0; n < generated.sequence.shapes.size(); ++n) {
+        files.paths.push_back(files.folder / fmt::format("{:04}.obj", n));
+        write_mesh(files.paths.back(), {generated.sequence.shapes[n], generated.sequence.faces});
+    }
+    return files;
+}
+
+FeatureSet extract(const Files& files, int threads) {
+    set_thread_count(threads);
+    const MeshFiles shapes(files.paths);
+    const std::vector<Point> reference = shapes.shape(0);
+    FeatureFileWriter file(files.folder / "ours.safetensors", feature_outline(shapes, reference));
+    FeatureSet set = extract_features(shapes, reference, {}, file);
+    file.finish(set);
+    set_thread_count(0);
+    return set;
+}
+
+// ------------------------------------------------------------------------------------------------
+// The same result
+
+Matrix3d exp_of(const float* r) {
+    const Vector3d vector(r[0], r[1], r[2]);
+    const double angle = vector.norm();
+    if (!(angle > 0)) return Matrix3d::Identity();
+    return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+}
+
+double difference(const float* ours, const float* plain) {
+    double largest = (exp_of(ours) - exp_of(plain)).cwiseAbs().maxCoeff();
+    for (int k = 3; k < kFeatureDim; ++k) {
+        const double error = std::abs(double{ours[k]} - double{plain[k]});
+        if (!(error <= largest)) largest = error;
+    }
+    return largest;
+}
+
+/// Throws unless S and exp(r) agree to 1e-5 and no energy of ours is above the other.
+void compare(const FeatureSet& ours, const std::vector<double>& plain_energies,
+             const Files& files) {
+    const FeatureSet file = read_features(files.folder / "ours.safetensors");
+    const std::string bytes = TemporaryFolder::content(files.folder / "plain.f32");
+    if (bytes.size() != file.features.size() * sizeof(float)) {
+        throw std::runtime_error("another number of features");
+    }
+    std::vector<float> plain(file.features.size());
+    std::memcpy(plain.data(), bytes.data(), bytes.size());
+    for (std::size_t i = 0; i < plain.size(); i += kFeatureDim) {
+        const double error = difference(file.features.data() + i, plain.data() + i);
+        if (!(error <= 1e-5)) {
+            const auto width = static_cast<std::size_t>(file.vertex_count()) * kFeatureDim;
+            throw std::runtime_error(fmt::format("shape {}, vertex {}: features differ by {}",
+                                                 i / width, i % width / kFeatureDim, error));
+        }
+    }
+    for (std::size_t n = 0; n < plain_energies.size(); ++n) {
+        const double energy = ours.consistency_energy[n];
+        if (!(energy <= plain_energies[n] * (1 + 1e-6) + 1e-9)) {
+            throw std::runtime_error(fmt::format("shape {}: energy {}, by the plain loop {}", n,
+                                                 energy, plain_energies[n]));
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------------------------
+// From files to file
+
+struct Seconds {
+    double wall, processor;
+};
+
+Seconds seconds_of(const std::function<void()>& work) {
+    const auto processor = [] {
+        timespec now{};
+        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+        return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    };
+    const auto start = std::chrono::steady_clock::now();
+    const double processor_start = processor();
+    work();
+    return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
+            processor() - processor_start};
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// The three in turn, again and again; the counters are medians, the ratios those of each turn.
+void files_to_file(benchmark::State& state, const std::string& name) {
+    const Files& files = files_of(name);
+    const std::string output = files.folder / "plain.f32";
+    try {
+        compare(extract(files, 1), plain::extract(files.paths, output), files);
+    } catch (const std::exception& error) {
+        state.SkipWithError(error.what());
+        return;
+    }
+    std::map<std::string, std::vector<double>> numbers;
+    for (auto _ : state) {
+        const Seconds plain = seconds_of([&] { plain::extract(files.paths, output); });
+        numbers["plain_seconds"].push_back(plain.wall);
+        numbers["plain_cpu_seconds"].push_back(plain.processor);
+        for (const int threads : {1, 2}) {
+            const Seconds ours = seconds_of([&] { extract(files, threads); });
+            const std::string what = fmt::format("{}_threads_", threads);
+            numbers[what + "seconds"].push_back(ours.wall);
+            numbers[what + "cpu_seconds"].push_back(ours.processor);
+            numbers[what + "times_faster"].push_back(plain.wall / ours.wall);
+            numbers[what + "times_less_cpu"].push_back(plain.processor / ours.processor);
+        }
+    }
+    for (const auto& [what, values] : numbers) state.counters[what] = median(values);
+    state.counters["shapes"] = static_cast<double>(files.paths.size());
+}
+
+}  // namespace
+}  // namespace mscomp
+
+int main(int argc, char** argv) {
+    using namespace mscomp;
+    std::vector<std::string> names{"arm"};
+    if (std::filesystem::exists(MSCOMP_SHARED_DIR "/data/horse")) names.push_back("horse");
+    for (const std::string& name : names) {
+        benchmark::RegisterBenchmark(("files_to_file/" + name).c_str(), files_to_file, name)
+            ->Iterations(7)
+            ->Unit(benchmark::kMillisecond)
+            ->UseRealTime();
+    }
+    benchmark::Initialize(&argc, argv);
+    benchmark::RunSpecifiedBenchmarks();
+    benchmark::Shutdown();
+    return 0;
+}
