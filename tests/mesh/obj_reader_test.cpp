@@ -265,6 +265,21 @@ TEST(ObjReader, ReadsEveryNumberToTheNearestDouble) {
     }
 }
 
+// The nearest double to what no double can hold is zero, with the sign it has.
+TEST(ObjReader, ReadsWhatIsTooSmallAsZeroOfItsSign) {
+    const auto read = [](const std::string& text) {
+        return parse_obj("v " + text + " 0 0\nf 1 1 1\n", "a.obj").vertices[0][0];
+    };
+    for (const std::string& text : {std::string("1e-400"), std::string("1e-5000"),
+                                    std::string("2e-324"), "0." + std::string(400, '0') + "1"}) {
+        EXPECT_EQ(read(text), 0) << text;
+        EXPECT_FALSE(std::signbit(read(text))) << text;
+        EXPECT_EQ(read("-" + text), 0) << text;
+        EXPECT_TRUE(std::signbit(read("-" + text))) << text;
+    }
+    EXPECT_THAT(message_of("v 1e5000 0 0\nf 1 1 1\n"), HasSubstr("not beyond 1.8e308"));
+}
+
 // However a file is cut, the outcome is an error with its name or a mesh: never a crash.
 TEST(ObjReader, SurvivesEveryTruncationAndEveryAlteredByte) {
     for (std::size_t at = 0; at < kPlain.size(); ++at) {

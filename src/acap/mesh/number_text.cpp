@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <system_error>
 
 namespace mscomp {
@@ -18,10 +19,10 @@ NumberText read_with_library(const char* begin, const char* end) {
     number.kind =
         std::isfinite(number.value) ? NumberText::Kind::finite : NumberText::Kind::not_finite;
     if (error == std::errc::result_out_of_range) {
-        long double wide = 0;
-        const bool fits_wide = std::from_chars(begin, end, wide).ec == std::errc{};
-        const bool tiny = fits_wide && std::abs(wide) < 1.0L;
-        number.value = 0;
+        // from_chars does not say whether it is too large or too small; the C library does.
+        const double limit = std::strtod(std::string(begin, after).c_str(), nullptr);
+        const bool tiny = std::abs(limit) < 1;
+        number.value = tiny ? limit : 0;
         number.kind = tiny ? NumberText::Kind::finite : NumberText::Kind::too_large;
     }
     return number;
