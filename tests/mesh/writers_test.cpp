@@ -148,6 +148,19 @@ TEST(Writers, RefusePositionsThatAreNotFinite) {
     EXPECT_THAT(folder.names(), IsEmpty());
 }
 
+// Its positions are float32: what lies beyond would become infinity, which no reader takes.
+TEST(Writers, RefuseInAPlyWhatIsBeyondFloat) {
+    const TemporaryFolder folder;
+    TriangleMesh mesh = shapes::grid(2, 2);
+    mesh.vertices[2][1] = -1e39;
+    EXPECT_THAT(thrown_message<NumericalError>([&] { write_ply(folder / "a.ply", mesh); }),
+                HasSubstr("a.ply: vertex 3 (counting from 1) has a coordinate of -1e+39"));
+    EXPECT_THAT(folder.names(), IsEmpty());
+    mesh.vertices[2][1] = static_cast<double>(-std::numeric_limits<float>::max());
+    write_ply(folder / "a.ply", mesh);
+    EXPECT_EQ(read_mesh(folder / "a.ply").vertices[2][1], mesh.vertices[2][1]);
+}
+
 TEST(Writers, RefuseColorsOfAnotherCount) {
     const TemporaryFolder folder;
     const std::vector<float> quality(3);

@@ -27,6 +27,18 @@ void check_finite(const std::string& path, const TriangleMesh& mesh) {
     }
 }
 
+void check_fits_float(const std::string& path, const TriangleMesh& mesh) {
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        for (const double x : mesh.vertices[i]) {
+            if (std::isfinite(static_cast<float>(x))) continue;
+            throw NumericalError(fmt::format(
+                "{}: vertex {} (counting from 1) has a coordinate of {}, a PLY in float32 holds up "
+                "to 3.4e38; nothing was written",
+                path, i + 1, x));
+        }
+    }
+}
+
 template <class T>
 void append(std::string& bytes, T value) {
     static_assert(std::endian::native == std::endian::little, "the file is little-endian");
@@ -88,6 +100,7 @@ void write_ply(const std::string& path, const TriangleMesh& mesh,
         throw std::logic_error("write_ply: wanted one color and one quality for every vertex");
     }
     check_finite(path, mesh);
+    check_fits_float(path, mesh);
     std::string bytes = ply_header(mesh, !colors.empty(), !quality.empty());
     bytes.reserve(bytes.size() + count * 19 + mesh.faces.size() * 13);
     for (std::size_t i = 0; i < count; ++i) {

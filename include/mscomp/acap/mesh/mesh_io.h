@@ -35,7 +35,8 @@ struct VertexColor {
 };
 
 /// Writes a binary little-endian PLY as one atomic step: float x y z, and where given uchar red
-/// green blue (V) and float quality (V). Throws as write_obj does.
+/// green blue (V) and float quality (V). Throws as write_obj does, NumericalError also for a
+/// position beyond float32.
 void write_ply(const std::string& path, const TriangleMesh& mesh,
                std::span<const VertexColor> colors = {}, std::span<const float> quality = {});
 
