@@ -28,6 +28,14 @@ TEST(Errors, SayWhereAsFarAsKnown) {
     EXPECT_STREQ(InputError({}, "bad").what(), "bad");
 }
 
+// A file names a tensor or a key as it likes; the message stays one line that cannot steer a
+// terminal.
+TEST(Errors, ShowNoControlCharactersOfAFile) {
+    EXPECT_STREQ(InputError({"a.obj", 3}, "tensor '\x1b[31m\n\x7f\xc3\xa9'").what(),
+                 "a.obj:3: tensor '?[31m??\xc3\xa9'");
+    EXPECT_STREQ(ConfigError({"c.yaml"}, "a\tb", "got '\r'").what(), "c.yaml: a?b: got '?'");
+}
+
 TEST(Errors, KeepThePlaceForPrograms) {
     const InputError error({"a.obj", 3, 7}, "bad");
     EXPECT_EQ(error.where().path, "a.obj");

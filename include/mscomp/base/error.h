@@ -44,7 +44,8 @@ struct FilePosition {
     std::int64_t column = 0;
 };
 
-/// "path:line:column: message", leaving out what is 0.
+/// "path:line:column: message", leaving out what is 0; control characters in the message become
+/// '?'.
 std::string at_position(const FilePosition& where, std::string_view message);
 
 /// A file that is not what it has to be: "swing/frame_0007.obj:1203: face refers to vertex 9001,
