@@ -24,7 +24,7 @@ TurnCover::TurnCover(const TurnProblem& problem, const Turns& start)
       is_open_(2 * start.size(), 0),
       excess_(2 * start.size(), 0.0),
       flow_(2 * rings_.neighbors.size(), 0.0),
-      level_(2 * start.size(), -1),
+      level_(2 * start.size(), 0),
       next_(2 * start.size(), 0) {
     for (const int root : problem.graph().roots) {
         limits_[static_cast<std::size_t>(root)] = {0, 0};
@@ -66,6 +66,7 @@ void TurnCover::open(std::size_t node) {
     const int moved = turn_[node] + step;
     if (moved < limits_[vertex].lower || moved > limits_[vertex].upper) {
         excess_[node] = -std::numeric_limits<double>::infinity();  // may not move
+        set_level_of_opened(node);
         return;
     }
     double cost = 0;
@@ -78,107 +79,162 @@ void TurnCover::open(std::size_t node) {
         cost += alone - capacity(place, node, other);
     }
     excess_[node] = -cost;
+    set_level_of_opened(node);
 }
 
-/// Distances from the sources over arcs with room; false if no sink is reached. The nodes with a
-/// level are then the best set to move.
-bool TurnCover::level_nodes() {
-    for (const std::size_t node : opened_) level_[node] = -1;
+void TurnCover::set_level_of_opened(std::size_t node) {
+    level_[node] = excess_[node] < -kRounding ? 1 : 2;
+    next_[node] = rings_.offsets[node / 2];
+    if (level_[node] < static_cast<int>(at_level_.size())) {
+        ++at_level_[static_cast<std::size_t>(level_[node])];
+    }
+}
+
+double TurnCover::room(std::size_t place, std::size_t tail, std::size_t head) const {
+    return capacity(place, tail, head) - flow_[2 * place + (tail & 1)];
+}
+
+/// Distances to the nearest sink over arcs with room, counted over opened nodes; a node that is not
+/// open may be a sink.
+void TurnCover::measure_levels() {
     queue_.clear();
-    for (const std::size_t source : sources_) {
-        if (excess_[source] <= kRounding) continue;
-        level_[source] = 0;
-        next_[source] = rings_.offsets[source / 2];
-        queue_.push_back(source);
-    }
-    int last_level = std::numeric_limits<int>::max();
-    for (std::size_t first = 0; first < queue_.size(); ++first) {
-        const std::size_t node = queue_[first];
-        if (level_[node] >= last_level) break;
-        const std::size_t vertex = node / 2;
-        for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
-            const auto place = static_cast<std::size_t>(at);
-            const std::size_t to = head(place, node);
-            if (is_open_[to] != 0 && level_[to] >= 0) continue;
-            const double room = capacity(place, node, to) - flow_[2 * place + (node & 1)];
-            if (room <= kRounding) continue;
-            if (is_open_[to] == 0) open(to);
-            level_[to] = level_[node] + 1;
-            next_[to] = rings_.offsets[to / 2];
-            queue_.push_back(to);
-            if (excess_[to] < -kRounding) last_level = level_[to];
-        }
-    }
-    effort_ += static_cast<std::int64_t>(queue_.size());
-    return last_level != std::numeric_limits<int>::max();
-}
-
-/// Sends as much of the source's excess as the levels let through.
-void TurnCover::push_from(std::size_t source) {
-    path_.clear();  // places of the rings; the arc's tail is the node before
-    std::size_t node = source;
-    while (excess_[source] > kRounding) {
+    std::fill(at_level_.begin(), at_level_.end(), 0);
+    at_level_.resize(opened_.size() + 4, 0);
+    std::vector<std::size_t> at_border;
+    for (const std::size_t node : opened_) {
+        next_[node] = rings_.offsets[node / 2];
+        level_[node] = kUnreachable;
         if (excess_[node] < -kRounding) {
-            double amount = std::min(excess_[source], -excess_[node]);
-            std::size_t tail = source;
-            for (const std::size_t place : path_) {
-                const std::size_t to = head(place, tail);
-                amount =
-                    std::min(amount, capacity(place, tail, to) - flow_[2 * place + (tail & 1)]);
-                tail = to;
-            }
-            excess_[source] -= amount;
-            excess_[node] += amount;
-            tail = source;
-            for (const std::size_t place : path_) {
-                const std::size_t to = head(place, tail);
-                const auto back = static_cast<std::size_t>(problem_.graph().reverse[place]);
-                flow_[2 * place + (tail & 1)] += amount;
-                flow_[2 * back + (to & 1)] -= amount;
-                tail = to;
-            }
-            path_.clear();
-            node = source;
+            level_[node] = 1;
+            queue_.push_back(node);
             continue;
         }
-        const int end = rings_.offsets[node / 2 + 1];
-        bool advanced = false;
-        for (int& at = next_[node]; at < end; ++at) {
+        for (int at = rings_.offsets[node / 2]; at < rings_.offsets[node / 2 + 1]; ++at) {
             const auto place = static_cast<std::size_t>(at);
             const std::size_t to = head(place, node);
-            if (is_open_[to] == 0 || level_[to] != level_[node] + 1) continue;
-            const double room = capacity(place, node, to) - flow_[2 * place + (node & 1)];
-            if (room <= kRounding) continue;
-            path_.push_back(place);
-            node = to;
-            advanced = true;
+            if (is_open_[to] != 0 || room(place, node, to) <= kRounding) continue;
+            at_border.push_back(node);
             break;
         }
-        if (advanced) continue;
-        if (path_.empty()) return;
-        level_[node] = -1;  // leads nowhere
-        const auto back = static_cast<std::size_t>(problem_.graph().reverse[path_.back()]);
-        path_.pop_back();
-        node = head(back, node);
+    }
+    std::size_t nearest_end = queue_.size();
+    for (std::size_t first = 0; first < queue_.size() || !at_border.empty(); ++first) {
+        if (first == nearest_end && !at_border.empty()) {
+            for (const std::size_t node : at_border) {
+                if (level_[node] != kUnreachable) continue;
+                level_[node] = 2;
+                queue_.push_back(node);
+            }
+            at_border.clear();
+            if (first == queue_.size()) break;
+        }
+        const std::size_t node = queue_[first];
+        for (int at = rings_.offsets[node / 2]; at < rings_.offsets[node / 2 + 1]; ++at) {
+            const auto place = static_cast<std::size_t>(at);
+            const std::size_t from = head(place, node);
+            if (is_open_[from] == 0 || level_[from] != kUnreachable) continue;
+            const auto forth = static_cast<std::size_t>(problem_.graph().reverse[place]);
+            if (room(forth, from, node) <= kRounding) continue;
+            level_[from] = level_[node] + 1;
+            queue_.push_back(from);
+        }
+    }
+    for (const std::size_t node : queue_) ++at_level_[static_cast<std::size_t>(level_[node])];
+    effort_ += static_cast<std::int64_t>(opened_.size());
+    lifts_ = 0;
+}
+
+/// One more than the lowest neighbour that has room for more.
+void TurnCover::lift(std::size_t node) {
+    const int before = level_[node];
+    int lowest = kUnreachable;
+    for (int at = rings_.offsets[node / 2]; at < rings_.offsets[node / 2 + 1]; ++at) {
+        const auto place = static_cast<std::size_t>(at);
+        const std::size_t to = head(place, node);
+        if (room(place, node, to) <= kRounding) continue;
+        if (is_open_[to] == 0) open(to);
+        lowest = std::min(lowest, level_[to]);
+    }
+    level_[node] = lowest < kUnreachable ? lowest + 1 : kUnreachable;
+    next_[node] = rings_.offsets[node / 2];
+    ++lifts_;
+    at_level_.resize(std::max(at_level_.size(), opened_.size() + 4), 0);
+    if (level_[node] < kUnreachable) ++at_level_[static_cast<std::size_t>(level_[node])];
+    // A level without nodes cuts off all above it. Nodes that are not open are at 1 or 2.
+    if (--at_level_[static_cast<std::size_t>(before)] > 0 || before < 3) return;
+    for (const std::size_t other : opened_) {
+        if (level_[other] <= before || level_[other] == kUnreachable) continue;
+        --at_level_[static_cast<std::size_t>(level_[other])];
+        level_[other] = kUnreachable;
     }
 }
 
-/// What is left of the excess: the gain of moving the nodes that have a level.
-double TurnCover::maximum_flow() {
-    while (level_nodes()) {
-        for (const std::size_t source : sources_) {
-            if (level_[source] == 0) push_from(source);
+/// Passes the excess of a node on to neighbours nearer to a sink, as long as there are any.
+void TurnCover::discharge(std::size_t node) {
+    const int end = rings_.offsets[node / 2 + 1];
+    while (excess_[node] > kRounding && level_[node] != kUnreachable) {
+        ++effort_;
+        for (int& at = next_[node]; at < end && excess_[node] > kRounding; ++at) {
+            const auto place = static_cast<std::size_t>(at);
+            const std::size_t to = head(place, node);
+            const double free = room(place, node, to);
+            if (free <= kRounding) continue;
+            if (is_open_[to] == 0) open(to);
+            if (level_[node] != level_[to] + 1) continue;
+            const double amount = std::min(excess_[node], free);
+            const bool was_active = excess_[to] > kRounding;
+            const auto back = static_cast<std::size_t>(problem_.graph().reverse[place]);
+            flow_[2 * place + (node & 1)] += amount;
+            flow_[2 * back + (to & 1)] -= amount;
+            excess_[node] -= amount;
+            excess_[to] += amount;
+            if (!was_active && excess_[to] > kRounding) active_.push_back(to);
         }
+        if (excess_[node] > kRounding) lift(node);
+    }
+}
+
+/// Sends excess to nodes that cost something to move (push and relabel, first in, first out).
+/// \return what is left: the gain of moving the nodes that are reached from it
+double TurnCover::maximum_flow() {
+    active_ = sources_;
+    std::fill(at_level_.begin(), at_level_.end(), 0);
+    at_level_.resize(std::max(at_level_.size(), opened_.size() + 4), 0);
+    for (const std::size_t node : opened_) ++at_level_[static_cast<std::size_t>(level_[node])];
+    lifts_ = 0;
+    for (std::size_t first = 0; first < active_.size(); ++first) {
+        discharge(active_[first]);
+        if (lifts_ > opened_.size()) measure_levels();
     }
     double gain = 0;
-    for (const std::size_t source : sources_) gain += std::max(excess_[source], 0.0);
+    queue_.clear();
+    for (const std::size_t node : opened_) {
+        if (excess_[node] <= kRounding) continue;
+        gain += excess_[node];
+        queue_.push_back(node);
+    }
     return gain;
+}
+
+/// The nodes that those in the queue can pass something on to, added to it.
+void TurnCover::collect_reached() {
+    for (const std::size_t node : opened_) level_[node] = 0;
+    for (const std::size_t node : queue_) level_[node] = 1;
+    for (std::size_t first = 0; first < queue_.size(); ++first) {
+        const std::size_t node = queue_[first];
+        for (int at = rings_.offsets[node / 2]; at < rings_.offsets[node / 2 + 1]; ++at) {
+            const auto place = static_cast<std::size_t>(at);
+            const std::size_t to = head(place, node);
+            if (room(place, node, to) <= kRounding || level_[to] == 1) continue;
+            level_[to] = 1;
+            queue_.push_back(to);
+        }
+    }
 }
 
 void TurnCover::forget_flow() {
     for (const std::size_t node : opened_) {
         is_open_[node] = 0;
-        level_[node] = -1;
         const std::size_t vertex = node / 2;
         for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
             flow_[2 * static_cast<std::size_t>(at) + (node & 1)] = 0;
@@ -202,12 +258,9 @@ bool TurnCover::move_best_set(int direction) {
         forget_flow();
         return false;
     }
-    std::vector<std::size_t> chosen;
-    for (const std::size_t node : queue_) {
-        if (level_[node] >= 0) chosen.push_back(node);
-    }
+    collect_reached();
     forget_flow();
-    for (const std::size_t node : chosen) {
+    for (const std::size_t node : queue_) {
         set_turn(node, turn_[node] + ((node & 1) == 0 ? direction : -direction));
     }
     change_ -= 0.5 * gain;

@@ -55,6 +55,7 @@ class TurnCover {
     void return_to(const Mark& mark);
 
   private:
+    static constexpr int kUnreachable = std::numeric_limits<int>::max() / 2;
     static constexpr int kFar = std::numeric_limits<int>::max() / 2;
     struct Limits {
         int lower = -kFar, upper = kFar;
@@ -72,9 +73,13 @@ class TurnCover {
     std::size_t head(std::size_t place, std::size_t tail) const;
     double capacity(std::size_t place, std::size_t tail, std::size_t head) const;
     void open(std::size_t node);
-    bool level_nodes();
-    void push_from(std::size_t source);
+    void set_level_of_opened(std::size_t node);
+    double room(std::size_t place, std::size_t tail, std::size_t head) const;
+    void measure_levels();
+    void lift(std::size_t node);
+    void discharge(std::size_t node);
     double maximum_flow();
+    void collect_reached();
     void forget_flow();
     void set_turn(std::size_t node, int turn);
     void watch(int vertex);
@@ -100,9 +105,11 @@ class TurnCover {
     std::vector<char> is_open_;
     std::vector<double> excess_;  // (2V) gain of moving the node that no flow has used up
     std::vector<double> flow_;    // per arc
-    std::vector<int> level_;
-    std::vector<int> next_;
-    std::vector<std::size_t> sources_, queue_, path_;
+    std::vector<int> level_;      // (2V) at most the number of arcs with room to a sink, plus one
+    std::vector<int> at_level_;   // opened nodes per level
+    std::vector<int> next_;       // (2V) place of the ring to go on with
+    std::size_t lifts_ = 0;       // since levels were measured
+    std::vector<std::size_t> sources_, active_, queue_;
 };
 
 }  // namespace mscomp

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <numbers>
 
 #include "turn_cover.h"
@@ -14,7 +16,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 // One turn changes an edge by up to (2π)² = 39: less is rounding.
 constexpr double kSameEnergy = 1e-9;
-constexpr int kReach = 2;
+constexpr std::int64_t kMostEffort = 500000;
 constexpr int kFar = 1 << 20;
 
 double squared_jump(const TurnProblem& problem, int i, int turn_i, int j, int turn_j) {
@@ -32,26 +34,51 @@ class Settling {
     }
 
     Outcome settle(int i, int j) {
-        Outcome outcome = Outcome::costs_energy;
-        const auto weigh = [&](Outcome other) { outcome = std::max(outcome, other); };
         const int now = turns_[static_cast<std::size_t>(i)];
-        for (int turn = now - kReach; turn <= now + kReach; ++turn) {
-            // Only the turns of j around the nearest can be within π of this r_i.
-            const double along = problem_.axis(j).dot(problem_.rotation_vector(i, turn));
-            const auto nearest = static_cast<int>(std::lround((along - problem_.angle(j)) / kTurn));
-            for (int other = nearest - 1; other <= nearest + 1; ++other) {
-                if (squared_jump(problem_, i, turn, j, other) > kPi * kPi) continue;
-                weigh(hold(i, turn, turn, j, other, other));
-                if (outcome == Outcome::removed) return outcome;
-            }
+        Outcome outcome = hold_near(i, now, j);
+        for (const int step : {1, -1}) {
+            if (outcome == Outcome::removed) break;
+            if (moving_costs_energy(i, now, step)) continue;
+            const int beyond = now + 2 * step;
+            outcome = std::max(outcome, hold_near(i, now + step, j));
+            if (outcome == Outcome::removed) break;
+            outcome = std::max(outcome, hold(i, step > 0 ? beyond : -kFar, step > 0 ? kFar : beyond,
+                                             j, -kFar, kFar));
         }
-        weigh(hold(i, now + kReach + 1, kFar, j, -kFar, kFar));
-        if (outcome == Outcome::removed) return outcome;
-        weigh(hold(i, -kFar, now - kReach - 1, j, -kFar, kFar));
         return outcome;
     }
 
   private:
+    /// With i at `turn`, all turns of j within π of it.
+    Outcome hold_near(int i, int turn, int j) {
+        const double along = problem_.axis(j).dot(problem_.rotation_vector(i, turn));
+        const auto nearest = static_cast<int>(std::lround((along - problem_.angle(j)) / kTurn));
+        Outcome outcome = Outcome::costs_energy;
+        for (int other = nearest - 1; other <= nearest + 1; ++other) {
+            if (squared_jump(problem_, i, turn, j, other) > kPi * kPi) continue;
+            outcome = std::max(outcome, hold(i, turn, turn, j, other, other));
+            if (outcome == Outcome::removed) break;
+        }
+        return outcome;
+    }
+
+    /// Whether all turns of a vertex on one side of the present one cost energy.
+    bool moving_costs_energy(int vertex, int now, int step) {
+        const std::size_t key = 2 * static_cast<std::size_t>(vertex) + (step > 0 ? 1 : 0);
+        const auto [known, fresh] = moving_.try_emplace(key, false);
+        if (!fresh) return known->second;
+        if (problem_.is_root(vertex)) return known->second = true;
+        if (spent()) return false;
+        const TurnCover::Mark mark = cover_.mark();
+        cover_.confine(vertex, step > 0 ? now + 1 : -kFar, step > 0 ? kFar : now - 1);
+        cover_.minimize();
+        known->second = cover_.change() > kSameEnergy;
+        cover_.return_to(mark);
+        return known->second;
+    }
+
+    bool spent() const { return cover_.effort() >= kMostEffort; }
+
     Outcome hold(int i, int lowest_i, int highest_i, int j, int lowest_j, int highest_j) {
         const auto excludes = [&](int vertex, int lowest, int highest) {
             return problem_.is_root(vertex) && (lowest > 0 || highest < 0);
@@ -59,6 +86,7 @@ class Settling {
         if (excludes(i, lowest_i, highest_i) || excludes(j, lowest_j, highest_j)) {
             return Outcome::costs_energy;
         }
+        if (spent()) return Outcome::open;
         const TurnCover::Mark mark = cover_.mark();
         cover_.confine(i, lowest_i, highest_i);
         cover_.confine(j, lowest_j, highest_j);
@@ -87,6 +115,7 @@ class Settling {
     const TurnProblem& problem_;
     TurnProblem::Turns& turns_;
     TurnCover cover_;
+    std::map<std::size_t, bool> moving_;
 };
 
 struct Survey {

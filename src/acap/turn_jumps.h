@@ -16,7 +16,7 @@ struct LargeJumps {
 /// Finds the large jumps of `turns`, and tries to remove those that are not inherent: each choice
 /// of the two turns that brings the edge to π or below is held, and TurnCover gives a bound for the
 /// rest. Where the bound is not above the present energy and turns of no more energy are found,
-/// they replace `turns`.
+/// they replace `turns`. Edges that are left when the work limit is reached count as removable.
 LargeJumps settle_jumps(const TurnProblem& problem, TurnProblem::Turns& turns);
 
 }  // namespace mscomp

@@ -5,8 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <cstdio>
 
-#include "acap_cases.h"
+#include "deformation_gradient.h"
+#include "mscomp/acap/generate.h"
+#include "polar.h"
+#include "turn_cases.h"
 
 namespace mscomp {
 namespace {
@@ -98,6 +102,99 @@ TEST(ThickTwistedBar, EveryInnerVertexTurnsByTheExactAngle) {
         }
     }
 }
+
+struct TwistCase {
+    double turns, tilt, noise, thickness;
+};
+
+/// The turns of the last frames of a generated bar, whose rotations are known.
+class KnownTurns : public testing::TestWithParam<TwistCase> {
+  protected:
+    static constexpr int kFrames = 9;
+
+    KnownTurns() {
+        const TwistCase& c = GetParam();
+        bar_ = generate_twist(kFrames, 3, 400, {c.turns, c.tilt, c.noise, c.thickness});
+        const MeshSequence& sequence = bar_.sequence;
+        const TriangleMesh reference{sequence.shapes.front(), sequence.faces};
+        const DeformationGradients gradients(reference, EdgeWeights::cotangent);
+        std::vector<double> unrest(reference.vertices.size(), 0.0);
+        for (const std::vector<Point>& shape : sequence.shapes) {
+            Field logs;
+            for (const Matrix3d& gradient : gradients.compute(shape).gradients) {
+                logs.push_back(rotation_log(polar_decomposition(gradient).rotation));
+                unrest[logs.size() - 1] += logs.back().norm();
+            }
+            logs_.push_back(std::move(logs));
+        }
+        graph_ = consistency_graph(gradients.rings(), unrest);
+    }
+
+    Field truth(int frame) const {
+        Field r(logs_.front().size());
+        const float* v = bar_.rotation_truth.rotation.data() + at(frame) * r.size() * 3;
+        for (std::size_t i = 0; i < r.size(); ++i) r[i] = {v[3 * i], v[3 * i + 1], v[3 * i + 2]};
+        return r;
+    }
+    /// Share of the vertices whose result is on the branch nearest to the truth.
+    double recovered(const Field& result, const TurnProblem& problem, const Field& true_r) const {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < result.size(); ++i) {
+            const auto vertex = static_cast<int>(i);
+            const int wanted = problem.nearest_turn(vertex, true_r[i]);
+            const Vector3d nearest = problem.rotation_vector(vertex, wanted);
+            if ((nearest - result[i]).norm() < 1e-3) ++count;
+        }
+        return static_cast<double>(count) / static_cast<double>(result.size());
+    }
+
+    GeneratedSequence bar_;
+    ConsistencyGraph graph_;
+    std::vector<Field> logs_;
+};
+
+// Whatever the noise and the tilt: the result has no more energy than the true turns.
+TEST_P(KnownTurns, ResultIsNotAboveTheTrueTurnsInEnergy) {
+    double share = 0, least_share = 1;
+    int proved = 0;
+    for (int frame = 1; frame < kFrames; ++frame) {
+        const Field true_r = truth(frame);
+        const TurnProblem problem(graph_, logs_[at(frame)]);
+        TurnProblem::Turns true_turns;
+        for (int i = 0; i < problem.vertex_count(); ++i) {
+            true_turns.push_back(problem.nearest_turn(i, true_r[at(i)]));
+        }
+        Field r = logs_[at(frame)];
+        const ConsistencySummary summary = make_consistent(graph_, r);
+        EXPECT_LE(summary.energy, problem.energy(true_turns) + 1e-9) << "frame " << frame;
+        EXPECT_LE(summary.lower_bound, problem.energy(true_turns) + 1e-9) << "frame " << frame;
+        const bool is_proved = summary.energy - summary.lower_bound < 1e-6;
+        proved += is_proved ? 1 : 0;
+        // Proved least, so no other start can be better.
+        if (is_proved) {
+            ConsistencySummary again = summary;
+            EXPECT_FALSE(improve_consistency(graph_, true_r, r, again));
+        }
+        const double here = recovered(r, problem, true_r);
+        share += here / (kFrames - 1);
+        least_share = std::min(least_share, here);
+    }
+    const TwistCase& c = GetParam();
+    std::printf("| %g | %g | %g | %g | %.1f | %.1f | %d of %d |\n", c.turns, c.tilt, c.noise,
+                c.thickness, 100 * share, 100 * least_share, proved, kFrames - 1);
+}
+
+std::vector<TwistCase> twist_cases() {
+    std::vector<TwistCase> cases;
+    for (const double turns : {0.5, 1.5, 2.5, 5.0}) {
+        for (const double tilt : {0.0, 20.0}) {
+            for (const double noise : {0.0, 0.02, 0.1}) cases.push_back({turns, tilt, noise, 0.05});
+        }
+    }
+    cases.push_back({2.5, 0, 0, 1.52});
+    return cases;
+}
+INSTANTIATE_TEST_SUITE_P(Bars, KnownTurns, testing::ValuesIn(twist_cases()));
 
 }  // namespace
 }  // namespace mscomp
