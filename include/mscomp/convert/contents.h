@@ -30,7 +30,7 @@ struct Supplement {
 };
 
 /// Makes a whole set out of one with `features` (N,V,9) where everything else may be empty:
-/// reference and faces from `supplement`, vertices by Poisson reconstruction, no motions, names
+/// reference and faces from `supplement`, vertices by lossless reconstruction, no motions, names
 /// shape_0000, ...; each is noted. `path` is only used in messages. Throws UsageError if there is
 /// no reference, InputError if it has another V.
 Contents complete_features(FeatureSet set, int shape_count, int vertex_count,
