@@ -194,7 +194,7 @@ std::vector<TriangleMesh> turning_shapes(int count) {
     std::vector<TriangleMesh> shapes;
     for (int n = 0; n < count; ++n) {
         shapes.push_back(mapped(bumpy_sphere(2), [=](const Vector3d& p) -> Vector3d {
-            return rotation_about({1, 0.1 * n, 0}, 0.9 * n * p.x()) * p;
+            return rotation_about({1, 0.1 * n, 0}, 0.9 * (n % 6) * p.x()) * p;
         }));
     }
     return shapes;
