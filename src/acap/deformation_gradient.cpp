@@ -38,6 +38,7 @@ DeformationGradients::DeformationGradients(const TriangleMesh& reference, EdgeWe
         throw MeshError("the reference has no face with an area: features need a surface");
     }
     invert_moments();
+    prepare_duals();
 }
 
 void DeformationGradients::invert_moments() {
@@ -84,51 +85,88 @@ Eigen::Matrix3d DeformationGradients::edge_moment(std::size_t vertex,
     return moment;
 }
 
-RingNormals DeformationGradients::pseudo_edges(const std::vector<Point>& shape) const {
-    RingNormals normals = ring_normals(shape, reference_.faces, rings_);
+void DeformationGradients::prepare_duals() {
+    edge_duals_.assign(rings_.neighbors.size(), Eigen::Vector3d::Zero());
+    normal_duals_.assign(inverse_moments_.size(), Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < inverse_moments_.size(); ++i) {
+        normal_duals_[i] = inverse_moments_[i] * (normals_.height[i] * normals_.normal[i]);
+        for (int at = rings_.offsets[i]; at < rings_.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const Eigen::Vector3d edge =
+                as_vector(reference_.vertices[static_cast<std::size_t>(rings_.neighbors[k])]) -
+                as_vector(reference_.vertices[i]);
+            edge_duals_[k] = inverse_moments_[i] * (weights_[k] * edge);
+        }
+    }
+}
+
+void DeformationGradients::choose_signs(const std::vector<Point>& shape,
+                                        RingNormals& normals) const {
     for (std::size_t i = 0; i < shape.size(); ++i) {
         if (normals_.folded[i] == 0 && normals.folded[i] == 0) continue;
         if (!keeps_orientation(edge_moment(i, shape), normals_.normal[i], normals.normal[i])) {
             normals.normal[i] = -normals.normal[i];
         }
     }
+}
+
+RingNormals DeformationGradients::pseudo_edges(const std::vector<Point>& shape) const {
+    RingNormals normals = ring_normals(shape, reference_.faces, rings_);
+    choose_signs(shape, normals);
+    return normals;
+}
+
+RingNormals DeformationGradients::directions(const std::vector<Point>& shape) const {
+    RingNormals normals = ring_directions(shape, reference_.faces, rings_);
+    choose_signs(shape, normals);
     return normals;
 }
 
 Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
                                                     const std::vector<Point>& shape,
-                                                    const RingNormals& normals) const {
-    const Eigen::Vector3d image = normals.height[vertex] * normals.normal[vertex];
-    const Eigen::Vector3d before = normals_.height[vertex] * normals_.normal[vertex];
-    return (edge_moment(vertex, shape) + image * before.transpose()) * inverse_moments_[vertex];
+                                                    const RingNormals& directions) const {
+    const Eigen::Vector3d center = as_vector(shape[vertex]);
+    Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+    double length = 0;
+    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
+        const auto k = static_cast<std::size_t>(at);
+        const Eigen::Vector3d edge =
+            as_vector(shape[static_cast<std::size_t>(rings_.neighbors[k])]) - center;
+        length += edge.norm();
+        gradient += edge * edge_duals_[k].transpose();
+    }
+    const double height = kHeightFactor * length / rings_.degree(static_cast<int>(vertex));
+    return gradient + (height * directions.normal[vertex]) * normal_duals_[vertex].transpose();
 }
 
-Eigen::Matrix3d DeformationGradients::mean_of_neighbors(
-    std::size_t vertex, const std::vector<Eigen::Matrix3d>& gradients) const {
+Eigen::Matrix3d DeformationGradients::mean_of_neighbors(std::size_t vertex,
+                                                        const std::vector<Point>& shape,
+                                                        const RingNormals& directions) const {
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     int count = 0;
     for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
         const auto j = static_cast<std::size_t>(rings_.neighbors[static_cast<std::size_t>(at)]);
         if (usable_[j] == 0) continue;
-        sum += gradients[j];
+        sum += ring_gradient(j, shape, directions);
         ++count;
     }
     return count > 0 ? Eigen::Matrix3d(sum / count) : Eigen::Matrix3d::Identity();
 }
 
+void DeformationGradients::compute(const std::vector<Point>& shape, const RingNormals& directions,
+                                   std::size_t first, std::span<Eigen::Matrix3d> gradients) const {
+    for (std::size_t n = 0; n < gradients.size(); ++n) {
+        const std::size_t i = first + n;
+        gradients[n] = usable_[i] != 0 ? ring_gradient(i, shape, directions)
+                                       : mean_of_neighbors(i, shape, directions);
+    }
+}
+
 DeformationGradients::Result DeformationGradients::compute(const std::vector<Point>& shape) const {
-    const RingNormals normals = pseudo_edges(shape);
-    Result result;
-    result.zero_area_faces = normals.zero_area_faces;
-    result.folded_rings = normals.folded_rings;
-    result.gradients.assign(shape.size(), Eigen::Matrix3d::Identity());
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-        if (usable_[i] != 0) result.gradients[i] = ring_gradient(i, shape, normals);
-    }
-    if (degenerate_.count == 0) return result;
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-        if (usable_[i] == 0) result.gradients[i] = mean_of_neighbors(i, result.gradients);
-    }
+    const RingNormals normals = directions(shape);
+    Result result{std::vector<Eigen::Matrix3d>(shape.size()), normals.zero_area_faces,
+                  normals.folded_rings};
+    compute(shape, normals, 0, result.gradients);
     return result;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "mscomp/acap/extract.h"
@@ -33,6 +34,13 @@ class DeformationGradients {
     /// a ring cancel their sign is the one that keeps orientation.
     Result compute(const std::vector<Point>& shape) const;
 
+    /// Normals of one deformed shape with the signs that compute() takes, without heights.
+    RingNormals directions(const std::vector<Point>& shape) const;
+    /// compute() for the vertices from `first` on, as many as there are `gradients`; `directions`
+    /// are those of `shape`. Nothing is allocated.
+    void compute(const std::vector<Point>& shape, const RingNormals& directions, std::size_t first,
+                 std::span<Eigen::Matrix3d> gradients) const;
+
     /// Pseudo-edges of one deformed shape; where the normals of a ring cancel, with the sign that
     /// keeps orientation.
     RingNormals pseudo_edges(const std::vector<Point>& shape) const;
@@ -52,12 +60,14 @@ class DeformationGradients {
 
   private:
     void invert_moments();
+    void prepare_duals();
     /// Σ_j c_ij e'_ij e_ijᵀ.
     Eigen::Matrix3d edge_moment(std::size_t vertex, const std::vector<Point>& shape) const;
+    void choose_signs(const std::vector<Point>& shape, RingNormals& normals) const;
     Eigen::Matrix3d ring_gradient(std::size_t vertex, const std::vector<Point>& shape,
-                                  const RingNormals& normals) const;
-    Eigen::Matrix3d mean_of_neighbors(std::size_t vertex,
-                                      const std::vector<Eigen::Matrix3d>& gradients) const;
+                                  const RingNormals& directions) const;
+    Eigen::Matrix3d mean_of_neighbors(std::size_t vertex, const std::vector<Point>& shape,
+                                      const RingNormals& directions) const;
 
     TriangleMesh reference_;
     OneRings rings_;
@@ -65,6 +75,9 @@ class DeformationGradients {
     RingNormals normals_;
     std::vector<Eigen::Matrix3d> inverse_moments_;  // (V) M_i^-1
     std::vector<char> usable_;                      // (V) M_i can be inverted
+    // What T_i is a sum of: T_i = Σ_j e'_ij (M_i^-1 c_ij e_ij)ᵀ + h'_i n'_i (M_i^-1 h_i n_i)ᵀ.
+    std::vector<Eigen::Vector3d> edge_duals_;    // M_i^-1 c_ij e_ij beside rings_.neighbors
+    std::vector<Eigen::Vector3d> normal_duals_;  // (V) M_i^-1 h_i n_i
     Occurrences zero_area_faces_, isolated_, degenerate_;
 };
 

@@ -13,7 +13,6 @@ namespace mscomp {
 namespace {
 
 constexpr double kSmallestCotangentWeight = 1e-3;
-constexpr double kZeroArea = 1e-12;  // doubled area over squared longest edge
 
 std::size_t edge_index(const OneRings& rings, int from, int to) {
     const auto begin = rings.neighbors.begin() + rings.offsets[static_cast<std::size_t>(from)];
@@ -49,14 +48,9 @@ std::string to_string(EdgeWeights weights) {
     return "cotangent";
 }
 
-std::optional<Eigen::Vector3d> face_normal(const std::vector<Point>& points, const Face& face) {
-    const auto at = [&](std::size_t corner) {
-        return as_vector(points[static_cast<std::size_t>(face[corner])]);
-    };
-    const Eigen::Vector3d ab = at(1) - at(0), ac = at(2) - at(0);
-    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+std::optional<Eigen::Vector3d> face_normal_of_any_size(const Eigen::Vector3d& ab,
+                                                       const Eigen::Vector3d& ac, double length) {
     // Divided first, so that the product neither underflows nor overflows in any unit.
-    const double length = std::sqrt(longest);
     const Eigen::Vector3d cross = (ab / length).cross(ac / length);
     const double area = cross.norm();
     if (!(area > kZeroArea)) return std::nullopt;

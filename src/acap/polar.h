@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 namespace mscomp {
 
@@ -14,5 +15,10 @@ struct PolarDecomposition {
 /// T = R S with R the proper rotation nearest to T. Finite for every finite T, singular and zero
 /// included.
 PolarDecomposition polar_decomposition(const Eigen::Matrix3d& gradient);
+
+/// The same of as many as there are `results`, several at a time: the same bits for each as if it
+/// stood alone, whatever stands beside it and whatever vectors the processor has.
+void polar_decompositions(std::span<const Eigen::Matrix3d> gradients,
+                          std::span<PolarDecomposition> results);
 
 }  // namespace mscomp

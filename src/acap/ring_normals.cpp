@@ -34,15 +34,13 @@ double mean_edge_length(const std::vector<Point>& points, const OneRings& rings,
 
 }  // namespace
 
-RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Face>& faces,
-                         const OneRings& rings) {
+RingNormals ring_directions(const std::vector<Point>& points, const std::vector<Face>& faces,
+                            const OneRings& rings) {
     const std::size_t count = points.size();
     RingNormals result;
     result.normal.assign(count, Eigen::Vector3d::Zero());
     result.sum_length.assign(count, 0.0);
-    result.height.assign(count, 0.0);
     result.folded.assign(count, 0);
-    std::vector<int> face_count(count, 0);
     for (std::size_t f = 0; f < faces.size(); ++f) {
         const auto normal = face_normal(points, faces[f]);
         if (!normal) {
@@ -50,22 +48,33 @@ RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Fac
             continue;
         }
         for (const int corner : faces[f]) {
-            result.normal[static_cast<std::size_t>(corner)] += *normal;
-            ++face_count[static_cast<std::size_t>(corner)];
+            const auto i = static_cast<std::size_t>(corner);
+            result.normal[i] += *normal;
+            result.sum_length[i] += 1;
         }
     }
     for (std::size_t i = 0; i < count; ++i) {
         if (rings.degree(static_cast<int>(i)) == 0) continue;
-        const double length = mean_edge_length(points, rings, i);
-        result.height[i] = kHeightFactor * length;
+        const double face_count = result.sum_length[i];
         const double sum = result.sum_length[i] = result.normal[i].norm();
-        if (sum > kCancelled * face_count[i]) {
-            result.normal[i] /= sum;
+        if (sum > kCancelled * face_count) {
+            result.normal[i] *= 1 / sum;
         } else {
-            result.normal[i] = least_spread(points, rings, i, length);
+            result.normal[i] = least_spread(points, rings, i, mean_edge_length(points, rings, i));
             result.folded[i] = 1;
             result.folded_rings.add(static_cast<int>(i));
         }
+    }
+    return result;
+}
+
+RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Face>& faces,
+                         const OneRings& rings) {
+    RingNormals result = ring_directions(points, faces, rings);
+    result.height.assign(points.size(), 0.0);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (rings.degree(static_cast<int>(i)) == 0) continue;
+        result.height[i] = kHeightFactor * mean_edge_length(points, rings, i);
     }
     return result;
 }

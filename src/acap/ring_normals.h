@@ -25,4 +25,8 @@ struct RingNormals {
 RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Face>& faces,
                          const OneRings& rings);
 
+/// The same without the heights, which stay empty, for who goes around the rings anyway.
+RingNormals ring_directions(const std::vector<Point>& points, const std::vector<Face>& faces,
+                            const OneRings& rings);
+
 }  // namespace mscomp

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "shape_extraction.h"
 
+#include <algorithm>
 #include <array>
 
 #include "mscomp/base/feature_set.h"
@@ -38,16 +39,24 @@ ExtractedShape extract_shape(const DeformationGradients& gradients,
             result.vertices.push_back(static_cast<float>(coordinate));
         }
     }
-    const DeformationGradients::Result deformed = gradients.compute(aligned);
-    result.zero_area_faces = deformed.zero_area_faces;
-    result.folded_rings = deformed.folded_rings;
+    const RingNormals directions = gradients.directions(aligned);
+    result.zero_area_faces = directions.zero_area_faces;
+    result.folded_rings = directions.folded_rings;
     result.features.resize(aligned.size() * kFeatureDim);
-    for (std::size_t i = 0; i < aligned.size(); ++i) {
-        const PolarDecomposition polar = polar_decomposition(deformed.gradients[i]);
-        if (polar.mirrored) result.mirrored.add(static_cast<int>(i));
-        float* feature = result.features.data() + i * kFeatureDim;
-        store_rotation_vector(rotation_log(polar.rotation), feature);
-        store_stretch(polar.stretch, feature);
+    // Few enough at a time to stay in the nearest cache between the steps.
+    constexpr std::size_t kBlock = 64;
+    std::array<Eigen::Matrix3d, kBlock> block;
+    std::array<PolarDecomposition, kBlock> polar;
+    for (std::size_t first = 0; first < aligned.size(); first += kBlock) {
+        const std::size_t count = std::min(kBlock, aligned.size() - first);
+        gradients.compute(aligned, directions, first, std::span(block).first(count));
+        polar_decompositions(block, std::span(polar).first(count));
+        for (std::size_t k = 0; k < count; ++k) {
+            if (polar[k].mirrored) result.mirrored.add(static_cast<int>(first + k));
+            float* feature = result.features.data() + (first + k) * kFeatureDim;
+            store_rotation_vector(rotation_log(polar[k].rotation), feature);
+            store_stretch(polar[k].stretch, feature);
+        }
     }
     return result;
 }

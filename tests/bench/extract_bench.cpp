@@ -172,6 +172,71 @@ void files_to_file(benchmark::State& state, const std::string& name) {
     state.counters["shapes"] = static_cast<double>(files.paths.size());
 }
 
+// ------------------------------------------------------------------------------------------------
+// Polar decomposition
+
+/// As the ones of a deformed body: a rotation times a stretch by up to a half each way.
+std::vector<Matrix3d> some_gradients() {
+    const CounterRandom random(3, 1);
+    std::uint64_t draw = 0;
+    const auto next = [&] { return 2 * random.uniform(draw++) - 1; };
+    std::vector<Matrix3d> gradients(4096);
+    for (Matrix3d& gradient : gradients) {
+        const Vector3d axis = Vector3d(next(), next(), next()).normalized();
+        Matrix3d stretch = Matrix3d::Identity();
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j <= i; ++j) stretch(i, j) = stretch(j, i) = (i == j) + 0.25 * next();
+        }
+        gradient = Eigen::AngleAxisd(3.14 * next(), axis) * stretch;
+    }
+    return gradients;
+}
+
+PolarDecomposition polar_by_jacobi_svd(const Matrix3d& gradient) {
+    const Eigen::JacobiSVD<Matrix3d> svd(gradient, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Matrix3d u = svd.matrixU();
+    const bool mirrored = u.determinant() * svd.matrixV().determinant() < 0;
+    if (mirrored) u.col(2) *= -1;
+    PolarDecomposition result{u * svd.matrixV().transpose(), {}, mirrored};
+    const Matrix3d stretch = result.rotation.transpose() * gradient;
+    result.stretch = 0.5 * (stretch + stretch.transpose());
+    return result;
+}
+
+using Decompose = void (*)(std::span<const Matrix3d>, std::span<PolarDecomposition>);
+
+void all_by_jacobi_svd(std::span<const Matrix3d> gradients, std::span<PolarDecomposition> results) {
+    for (std::size_t i = 0; i < results.size(); ++i) results[i] = polar_by_jacobi_svd(gradients[i]);
+}
+
+void all_one_by_one(std::span<const Matrix3d> gradients, std::span<PolarDecomposition> results) {
+    for (std::size_t i = 0; i < results.size(); ++i) results[i] = polar_decomposition(gradients[i]);
+}
+
+void polar(benchmark::State& state, Decompose decompose) {
+    const std::vector<Matrix3d> gradients = some_gradients();
+    std::vector<PolarDecomposition> results(gradients.size());
+    decompose(gradients, results);
+    double largest = 0;
+    for (std::size_t i = 0; i < gradients.size(); ++i) {
+        const PolarDecomposition wanted = polar_by_jacobi_svd(gradients[i]);
+        largest = std::max({largest, (results[i].rotation - wanted.rotation).cwiseAbs().maxCoeff(),
+                            (results[i].stretch - wanted.stretch).cwiseAbs().maxCoeff()});
+    }
+    if (!(largest <= 1e-13)) return state.SkipWithError("not the result of the SVD");
+    for (auto _ : state) {
+        decompose(gradients, results);
+        benchmark::DoNotOptimize(results.data());
+        benchmark::ClobberMemory();
+    }
+    state.counters["difference"] = largest;
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(gradients.size()));
+}
+
+BENCHMARK_CAPTURE(polar, jacobi_svd, all_by_jacobi_svd);
+BENCHMARK_CAPTURE(polar, one_by_one, all_one_by_one);
+BENCHMARK_CAPTURE(polar, several_at_a_time, polar_decompositions);
+
 }  // namespace
 }  // namespace mscomp
 
