@@ -24,6 +24,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kLengthBytes = 8;
+constexpr std::size_t kMostLevels = 16;
 constexpr const char* kMetadataKey = "__metadata__";
 constexpr std::array<std::pair<DataType, std::string_view>, 6> kTypes{{{DataType::f32, "F32"},
                                                                        {DataType::f64, "F64"},
@@ -48,23 +49,48 @@ std::uint64_t read_length(std::span<const std::byte> bytes, const std::string& p
     return length;
 }
 
-/// nlohmann keeps the last of equal keys without a word; a tensor named twice must be an error.
-class DuplicateKeys {
+/// Reads the JSON before a tree is made of it, where the library would keep the last of equal keys
+/// without a word, and would call itself for every level of nesting. Throws InputError.
+class HeaderCheck final : public nlohmann::json_sax<Json> {
   public:
-    bool operator()(int, Json::parse_event_t event, const Json& value) {
-        if (event == Json::parse_event_t::object_start) open_.emplace_back();
-        if (event == Json::parse_event_t::object_end) open_.pop_back();
-        if (event == Json::parse_event_t::key &&
-            !open_.back().insert(value.get<std::string>()).second) {
-            first_ = value.get<std::string>();
-        }
-        return true;
+    explicit HeaderCheck(const std::string& path) : path_(path) {}
+
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(std::int64_t) override { return true; }
+    bool number_unsigned(std::uint64_t) override { return true; }
+    bool number_float(double, const std::string&) override { return true; }
+    bool string(std::string&) override { return true; }
+    bool binary(Json::binary_t&) override { return true; }
+    bool start_object(std::size_t) override { return open(); }
+    bool start_array(std::size_t) override { return open(); }
+    bool end_object() override { return close(); }
+    bool end_array() override { return close(); }
+    bool key(std::string& name) override {
+        if (keys_.back().insert(name).second) return true;
+        throw InputError({path_}, fmt::format("the header names '{}' twice", name));
     }
-    const std::optional<std::string>& first() const { return first_; }
+    bool parse_error(std::size_t byte, const std::string&, const Json::exception&) override {
+        throw InputError({path_}, fmt::format("the header is not JSON, at its byte {}", byte));
+    }
 
   private:
-    std::vector<std::set<std::string>> open_;
-    std::optional<std::string> first_;
+    bool open() {
+        if (keys_.size() == kMostLevels) {
+            throw InputError({path_}, fmt::format("the header is nested deeper than {} levels, "
+                                                  "wanted 3",
+                                                  kMostLevels));
+        }
+        keys_.emplace_back();
+        return true;
+    }
+    bool close() {
+        keys_.pop_back();
+        return true;
+    }
+
+    const std::string& path_;
+    std::vector<std::set<std::string>> keys_;  // of every object that is open; arrays have none
 };
 
 Json parse_object(std::string_view text, const std::string& path) {
@@ -72,21 +98,12 @@ Json parse_object(std::string_view text, const std::string& path) {
     if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
         throw InputError({path}, fmt::format("the header is not JSON, at its byte {}", zero + 1));
     }
-    DuplicateKeys duplicates;
-    Json header;
-    try {
-        header = Json::parse(text, [&](int depth, Json::parse_event_t event, Json& value) {
-            return duplicates(depth, event, value);
-        });
-    } catch (const Json::parse_error& error) {
-        throw InputError({path}, fmt::format("the header is not JSON, at its byte {}", error.byte));
-    }
+    HeaderCheck check(path);
+    Json::sax_parse(text, &check);
+    Json header = Json::parse(text);
     if (!header.is_object()) {
         throw InputError(
             {path}, fmt::format("the header is a JSON {}, wanted an object", header.type_name()));
-    }
-    if (duplicates.first()) {
-        throw InputError({path}, fmt::format("the header names '{}' twice", *duplicates.first()));
     }
     return header;
 }

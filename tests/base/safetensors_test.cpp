@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <ctime>
 #include <stdexcept>
 
 #include "base/temporary_folder.h"
@@ -187,7 +188,8 @@ TEST(Safetensors, HostileHeadersAreRefusedWithTheReason) {
     const auto tensor = [](const char* entry) { return std::string(R"({"t":)") + entry + "}"; };
     EXPECT_THAT(message_of(foreign("{", "")), HasSubstr("not JSON"));
     EXPECT_THAT(message_of(foreign("[]", "")), HasSubstr("array"));
-    EXPECT_THAT(message_of(foreign(std::string(100000, '['), "")), HasSubstr("not JSON"));
+    // A number beyond double; found by fuzzing.
+    EXPECT_THAT(message_of(foreign("{\"a\":1e9999}", "")), HasSubstr("not JSON, at its byte 11"));
     EXPECT_THAT(message_of(foreign(R"({"__metadata__":{"a":1}})", "")), HasSubstr("'a'"));
     EXPECT_THAT(message_of(foreign(tensor("3"), four)), HasSubstr("'t'"));
     EXPECT_THAT(
@@ -215,6 +217,30 @@ TEST(Safetensors, HostileHeadersAreRefusedWithTheReason) {
     EXPECT_THAT(
         message_of(foreign(tensor(R"({"dtype":"F32","shape":[1],"data_offsets":[8,12]})"), four)),
         HasSubstr("the file has 4"));
+}
+
+// Copying or printing a tree of JSON calls itself for every level: a million would end the program.
+TEST(Safetensors, DeepNestingIsRefused) {
+    const std::string levels(1000000, '['), ends(1000000, ']');
+    for (const std::string& header :
+         {levels, "{\"a\":{\"dtype\":\"U8\",\"shape\":[1],\"data_offsets\":[0,1],\"x\":" + levels +
+                      ends + "}}"}) {
+        EXPECT_THAT(message_of(foreign(header, "x")), HasSubstr("nested deeper than 16 levels"));
+    }
+}
+
+// The time is in proportion to the header, not to its square.
+TEST(Safetensors, ManyTensorsAreReadInNoTime) {
+    std::string header = "{";
+    for (int i = 0; i < 60000; ++i) {
+        header += (i == 0 ? "\"" : ",\"") + std::to_string(i) +
+                  "\":{\"dtype\":\"U8\",\"shape\":[0],\"data_offsets\":[0,0]}";
+    }
+    const TemporaryFolder folder;
+    const std::string path = folder.put("t", foreign(header + "}", ""));
+    const std::clock_t start = std::clock();
+    EXPECT_EQ(SafetensorsFile(path).names().size(), 60000u);
+    EXPECT_LT(std::clock() - start, 10 * CLOCKS_PER_SEC);
 }
 
 TEST(Safetensors, OverlapsHolesAndRepeatedNamesAreRefused) {
