@@ -8,7 +8,7 @@ packages=(g++ cmake ninja-build libeigen3-dev libceres-dev libopenmesh-dev libcl
           libstb-dev libxxhash-dev libtinyobjloader-dev libbenchmark-dev zlib1g-dev libhdf5-dev)
 case "${1:-}" in
     "") ;;
-    --dev) packages+=(ccache clang-format clang-tidy git) ;;
+    --dev) packages+=(ccache clang clang-format clang-tidy git libclang-rt-dev libomp-dev) ;;
     *) echo "usage: scripts/setup.sh [--dev]" >&2; exit 2 ;;
 esac
 

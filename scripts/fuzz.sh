@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# Builds the fuzz targets and runs each, two at a time, under ASan and UBSan. Needs clang; see
+# docs/testing.md.
+#   scripts/fuzz.sh [SECONDS [TARGET...]]     600 seconds and all targets unless named
+# Starts from tests/fuzz/corpus. What is new goes to build/fuzz/corpus, what fails and the logs to
+# build/fuzz/findings; the exit code is 1 if anything failed.
+#   scripts/fuzz.sh --merge [TARGET...]       adds the new inputs that reach new code to tests/fuzz
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+all=(obj off ply safetensors authors_text npy zip)
+seconds=600
+merge=false
+if [[ ${1:-} == --merge ]]; then
+    merge=true
+    shift
+elif (($# > 0)); then
+    seconds=$1
+    shift
+    [[ $seconds =~ ^[0-9]+$ ]] || { echo "usage: scripts/fuzz.sh [SECONDS | --merge] [TARGET...]" >&2; exit 2; }
+fi
+targets=("${@:-${all[@]}}")
+
+build=${MSCOMP_FUZZ_BUILD:-build/fuzz}
+cmake --preset fuzz -B "$build" >/dev/null
+cmake --build "$build" --target "${targets[@]/#/fuzz_}" >&2
+
+# The targets write and read small files again and again: in memory where there is such a folder.
+TMPDIR=$(mktemp -d "$([[ -w /dev/shm ]] && echo /dev/shm || echo "${TMPDIR:-/tmp}")/mscomp-fuzz-XXXXXX")
+export TMPDIR
+trap 'rm -rf "$TMPDIR"' EXIT
+findings=$build/findings
+mkdir -p "$findings"
+
+fuzz() {  # TARGET
+    mkdir -p "$build/corpus/$1" "tests/fuzz/corpus/$1"
+    nice "$build/bin/fuzz_$1" -max_total_time="$seconds" -max_len=4096 -timeout=20 \
+        -malloc_limit_mb=64 -rss_limit_mb=1024 -print_final_stats=1 \
+        -dict="tests/fuzz/dictionaries/$1.dict" -artifact_prefix="$findings/$1-" \
+        "$build/corpus/$1" "tests/fuzz/corpus/$1" >"$findings/$1.log" 2>&1
+}
+
+merge() {  # TARGET
+    mkdir -p "$build/corpus/$1" "$TMPDIR/$1"
+    "$build/bin/fuzz_$1" -merge=1 -use_counters=0 -use_value_profile=0 -max_len=4095 "$TMPDIR/$1" \
+        "tests/fuzz/corpus/$1" "$build/corpus/$1" >"$findings/$1-merge.log" 2>&1
+    rm -rf "tests/fuzz/corpus/$1"
+    cp -r "$TMPDIR/$1" "tests/fuzz/corpus/$1"
+    echo "fuzz: $1: $(find "tests/fuzz/corpus/$1" -type f | wc -l) inputs"
+}
+
+if $merge; then
+    for target in "${targets[@]}"; do merge "$target"; done
+    exit 0
+fi
+
+failed=0
+for ((i = 0; i < ${#targets[@]}; i += 2)); do
+    pids=()
+    for target in "${targets[@]:i:2}"; do
+        fuzz "$target" &
+        pids+=($!)
+    done
+    for ((k = 0; k < ${#pids[@]}; ++k)); do
+        target=${targets[i + k]}
+        result=clean
+        wait "${pids[k]}" || { result="FAILED, see $findings/$target.log"; failed=1; }
+        runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$findings/$target.log")
+        echo "fuzz: $target: ${runs:-?} runs, $result"
+    done
+done
+exit "$failed"

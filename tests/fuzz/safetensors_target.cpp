@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cmath>
+
+#include "acap/feature_format.h"
+#include "base/safetensors_header.h"
+#include "base/temporary_folder.h"
+#include "fuzz/promises.h"
+#include "fuzz/targets.h"
+#include "mscomp/acap/feature_file.h"
+
+namespace mscomp::fuzz {
+namespace {
+
+/// The readers want a file: one in memory, filled anew for every input.
+class MemoryFile {
+  public:
+    MemoryFile() : number_(::memfd_create("input", MFD_CLOEXEC)) {
+        if (number_ < 0) throw std::runtime_error("no file in memory");
+    }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    ~MemoryFile() { ::close(number_); }
+
+    void fill(std::span<const std::byte> bytes) const {
+        const auto size = static_cast<ssize_t>(bytes.size());
+        if (::ftruncate(number_, 0) != 0 ||
+            ::pwrite(number_, bytes.data(), bytes.size(), 0) != size) {
+            throw std::runtime_error("cannot fill a file in memory");
+        }
+    }
+    std::string path() const { return "/proc/self/fd/" + std::to_string(number_); }
+
+  private:
+    int number_;
+};
+
+bool same_tensors(const SafetensorsHeader& a, const SafetensorsHeader& b) {
+    return std::equal(a.tensors.begin(), a.tensors.end(), b.tensors.begin(), b.tensors.end(),
+                      [](const auto& x, const auto& y) {
+                          return x.first == y.first && x.second.type == y.second.type &&
+                                 x.second.shape == y.second.shape &&
+                                 x.second.begin == y.second.begin && x.second.end == y.second.end;
+                      });
+}
+
+void check_round_trip(SafetensorsHeader header, std::string_view data) {
+    header.metadata.erase(kHeaderHashKey);
+    const std::string text = header_text(header);
+    SafetensorsHeader again = parse_header(bytes_of(text + std::string(data)), "again");
+    require(again.data_begin == text.size() && text.size() % 8 == 0, "data begin at 8 bytes");
+    again.metadata.erase(kHeaderHashKey);
+    require(again.metadata == header.metadata && same_tensors(again, header),
+            "a header survives writing and reading");
+}
+
+template <class T>
+std::size_t size_read(const SafetensorsFile& file, const std::string& name) {
+    const std::span<const T> data = file.data<T>(name, file.shape(name));
+    const std::vector<T> copy(data.begin(), data.end());  // every element can be read
+    return copy.size();
+}
+
+std::size_t size_read(const SafetensorsFile& file, const std::string& name) {
+    switch (file.type(name)) {
+        case DataType::f32:
+            return size_read<float>(file, name);
+        case DataType::f64:
+            return size_read<double>(file, name);
+        case DataType::i32:
+            return size_read<std::int32_t>(file, name);
+        case DataType::i64:
+            return size_read<std::int64_t>(file, name);
+        case DataType::u8:
+            return size_read<std::uint8_t>(file, name);
+        case DataType::u64:
+            return size_read<std::uint64_t>(file, name);
+    }
+    return 0;
+}
+
+void check_tensors(const SafetensorsFile& file, const SafetensorsHeader& header) {
+    require(file.names().size() == header.tensors.size(), "all tensors are there");
+    for (const auto& [name, tensor] : header.tensors) {
+        std::size_t count = 1;
+        for (const std::int64_t length : file.shape(name))
+            count *= static_cast<std::size_t>(length);
+        require(size_read(file, name) == count, "a tensor has as many elements as its shape");
+    }
+}
+
+template <class Numbers>
+void check_finite(const Numbers& numbers) {
+    for (const auto x : numbers) require(std::isfinite(x), "numbers are finite");
+}
+
+void check_sound(const FeatureSet& set) {
+    const auto n = static_cast<std::size_t>(set.shape_count());
+    const auto v = static_cast<std::size_t>(set.vertex_count());
+    require(n > 0 && v > 0 && !set.reference.faces.empty(), "a set has shapes, vertices and faces");
+    require(set.features.size() == n * v * kFeatureDim && set.vertices.size() == n * v * 3 &&
+                set.rotation.size() == n && set.translation.size() == n,
+            "counts agree");
+    check_finite(set.features);
+    check_finite(set.vertices);
+    check_finite(flat(set.reference.vertices));
+    check_finite(flat(set.rotation));
+    check_finite(flat(set.translation));
+    for (const int corner : flat(set.reference.faces)) {
+        require(corner >= 0 && corner < set.vertex_count(), "faces refer to vertices");
+    }
+    for (const PerShapeNumber& number : kPerShapeNumbers) {
+        const std::vector<double>& values = set.*number.member;
+        require(values.empty() || values.size() == n, "one number for every shape");
+        for (const double x : values) {
+            require(std::isfinite(x) || (number.may_be_nan && std::isnan(x)), "numbers are finite");
+        }
+    }
+}
+
+void check_round_trip(const FeatureSet& set) {
+    static const TemporaryFolder folder;
+    const std::string path = folder / "set.safetensors";
+    write_features(path, set);
+    const FeatureSet again = read_features(path);
+    require(again.names == set.names && again.weights == set.weights, "names survive");
+    require(same_bits(again.features, set.features) && same_bits(again.vertices, set.vertices) &&
+                same_bits(again.reference.vertices, set.reference.vertices) &&
+                again.reference.faces == set.reference.faces &&
+                same_bits(again.rotation, set.rotation) &&
+                same_bits(again.translation, set.translation),
+            "a set survives, bit for bit");
+    for (const PerShapeNumber& number : kPerShapeNumbers) {
+        require(same_bits(again.*number.member, set.*number.member), "numbers per shape survive");
+    }
+}
+
+}  // namespace
+
+void check_safetensors(std::span<const std::byte> input) {
+    static const MemoryFile memory;
+    const auto header = unless_refused("input", [&] { return parse_header(input, "input"); });
+    memory.fill(input);
+    const std::string path = memory.path();
+    const auto file = unless_refused(path, [&] { return SafetensorsFile(path); });
+    const auto set = unless_refused(path, [&] { return read_features(path); });
+    require(header || !file, "a file is refused if its header is");
+    require(file || !set, "a set is refused if its file is");
+    if (header) check_round_trip(*header, text_of(input.subspan(header->data_begin)));
+    if (file) check_tensors(*file, *header);
+    if (!set) return;
+    check_sound(*set);
+    check_round_trip(*set);
+}
+
+}  // namespace mscomp::fuzz
