@@ -17,8 +17,8 @@ namespace {
 
 // Below this determinant of T / max|T_ij| the iteration is left for the slower, safer SVD.
 constexpr double kWellConditioned = 1e-3;
-// Where dividing by max|T_ij| is safe.
-constexpr double kSmallest = 1e-200, kLargest = 1e200;
+// Of max|T_ij|: its reciprocal is finite.
+constexpr double kSmallest = 1e-300;
 // Three scaled steps bring every condition that is let in near 1; then g would be 1.
 constexpr int kScaledSteps = 3, kMostSteps = 30;
 // Convergence is quadratic: a squared step of 1e-16 leaves an error of rounding size.
@@ -42,9 +42,8 @@ template <int kLanes>
         const double determinant = scaled[0] * (scaled[4] * scaled[8] - scaled[5] * scaled[7]) +
                                    scaled[1] * (scaled[5] * scaled[6] - scaled[3] * scaled[8]) +
                                    scaled[2] * (scaled[3] * scaled[7] - scaled[4] * scaled[6]);
-        double solved = size > kSmallest ? 1.0 : 0.0;
-        solved = size < kLargest ? solved : 0.0;
-        solved = determinant > kWellConditioned ? solved : 0.0;
+        const double is_regular = determinant > kWellConditioned ? 1.0 : 0.0;
+        const double solved = size > kSmallest ? is_regular : 0.0;
         lanes.solved[l] = solved;
         for (int k = 0; k < 9; ++k) {
             const double identity = k % 4 == 0 ? 1.0 : 0.0;
