@@ -139,6 +139,41 @@ TEST_P(SmallCover, ComesBackToAMark) {
 
 INSTANTIATE_TEST_SUITE_P(Random, SmallCover, testing::Range<std::uint64_t>(0, 20));
 
+// A minimum does not know where one came from, and every move gains what it says.
+TEST(TurnCover, MinimumDoesNotDependOnTheStart) {
+    for (std::uint64_t seed = 0; seed < 8; ++seed) {
+        const TriangleMesh mesh = seed % 2 == 0 ? shapes::grid(24, 24) : shapes::grid(200, 3);
+        const ConsistencyGraph graph = graph_of(mesh);
+        Draws draws(seed);
+        Field smooth;
+        for (const Point& p : mesh.vertices) {
+            const Vector3d axis(1, 0.3 * std::sin(0.3 * p[0]), 0.2 * std::cos(0.2 * p[1]));
+            smooth.push_back((0.4 * p[0] + 0.2 * p[1]) * axis + 0.4 * draws.vector());
+        }
+        const Field logs = principal(smooth);
+        const TurnProblem problem(graph, logs);
+        TurnProblem::Turns scattered(logs.size());
+        for (int& turn : scattered) turn = static_cast<int>(2.5 * draws.next());
+        scattered[0] = 0;
+        double least = 0;
+        for (const auto& start :
+             {TurnProblem::Turns(logs.size(), 0), problem.propagated(), scattered}) {
+            TurnCover cover(problem, start);
+            const double before = cover_energy(problem, cover);
+            double last = before;
+            for (int still = 0; still < 2;) {
+                still = cover.move_best_set(still == 0 ? 1 : -1) ? 0 : still + 1;
+                const double now = cover_energy(problem, cover);
+                ASSERT_NEAR(now, before + cover.change(), 1e-8 * before) << "seed " << seed;
+                ASSERT_LE(now, last + 1e-9);
+                last = now;
+            }
+            if (least == 0) least = last;
+            EXPECT_NEAR(last, least, 1e-8 * before) << "seed " << seed;
+        }
+    }
+}
+
 // Only the relaxation can tear the copies apart, and here it does.
 TEST(TurnCover, CopiesPartWhereAxesCannotAgree) {
     const TriangleMesh mesh = all_connected(8);

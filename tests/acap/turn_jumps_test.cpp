@@ -85,5 +85,22 @@ TEST(TurnJumps, RemovesAJumpThatCostsNothingToRemove) {
     EXPECT_NEAR(jumps.largest, kPi - 1, 1e-12);
 }
 
+// The same where only the first end of the edge is free to turn.
+TEST(TurnJumps, RemovesAJumpByTurningTheFirstEnd) {
+    TriangleMesh mesh;
+    mesh.vertices.resize(2);
+    mesh.faces = {{0, 1, 1}};
+    const ConsistencyGraph graph = consistency_graph(one_rings_of_faces(2, mesh.faces), {1, 0});
+    ASSERT_EQ(graph.roots, std::vector<int>{1});
+    for (const int start : {-3, -1, 1, 2}) {
+        const Field logs{Vector3d(0, 0, 2), Vector3d(0, 0, 1)};
+        const TurnProblem problem(graph, logs);
+        TurnProblem::Turns turns{start, 0};
+        const LargeJumps jumps = settle_jumps(problem, turns);
+        EXPECT_EQ(turns, (TurnProblem::Turns{0, 0})) << "from " << start;
+        EXPECT_EQ(jumps.count, 0);
+    }
+}
+
 }  // namespace
 }  // namespace mscomp
