@@ -17,7 +17,10 @@ if [[ ${1:-} == --merge ]]; then
 elif (($# > 0)); then
     seconds=$1
     shift
-    [[ $seconds =~ ^[0-9]+$ ]] || { echo "usage: scripts/fuzz.sh [SECONDS | --merge] [TARGET...]" >&2; exit 2; }
+    if [[ ! $seconds =~ ^[0-9]+$ ]]; then
+        echo "usage: scripts/fuzz.sh [SECONDS | --merge] [TARGET...]" >&2
+        exit 2
+    fi
 fi
 targets=("${@:-${all[@]}}")
 
@@ -26,7 +29,9 @@ cmake --preset fuzz -B "$build" >/dev/null
 cmake --build "$build" --target "${targets[@]/#/fuzz_}" >&2
 
 # The targets write and read small files again and again: in memory where there is such a folder.
-TMPDIR=$(mktemp -d "$([[ -w /dev/shm ]] && echo /dev/shm || echo "${TMPDIR:-/tmp}")/mscomp-fuzz-XXXXXX")
+memory=${TMPDIR:-/tmp}
+[[ -w /dev/shm ]] && memory=/dev/shm
+TMPDIR=$(mktemp -d "$memory/mscomp-fuzz-XXXXXX")
 export TMPDIR
 trap 'rm -rf "$TMPDIR"' EXIT
 findings=$build/findings
