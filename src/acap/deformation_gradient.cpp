@@ -126,17 +126,27 @@ Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
                                                     const std::vector<Point>& shape,
                                                     const RingNormals& directions) const {
     const Eigen::Vector3d center = as_vector(shape[vertex]);
-    Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+    // Columns apart: the compiler then keeps them in registers.
+    Eigen::Vector3d first = Eigen::Vector3d::Zero(), second = first, third = first;
     double length = 0;
     for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
         const auto k = static_cast<std::size_t>(at);
         const Eigen::Vector3d edge =
             as_vector(shape[static_cast<std::size_t>(rings_.neighbors[k])]) - center;
+        const Eigen::Vector3d& dual = edge_duals_[k];
         length += edge.norm();
-        gradient += edge * edge_duals_[k].transpose();
+        first += dual.x() * edge;
+        second += dual.y() * edge;
+        third += dual.z() * edge;
     }
     const double height = kHeightFactor * length / rings_.degree(static_cast<int>(vertex));
-    return gradient + (height * directions.normal[vertex]) * normal_duals_[vertex].transpose();
+    const Eigen::Vector3d image = height * directions.normal[vertex];
+    const Eigen::Vector3d& dual = normal_duals_[vertex];
+    Eigen::Matrix3d gradient;
+    gradient.col(0) = first + dual.x() * image;
+    gradient.col(1) = second + dual.y() * image;
+    gradient.col(2) = third + dual.z() * image;
+    return gradient;
 }
 
 Eigen::Matrix3d DeformationGradients::mean_of_neighbors(std::size_t vertex,

@@ -3,14 +3,7 @@
 
 #include <math.h>
 
-// One text for several vector widths, picked when the program starts. Sanitizers do not bear
-// functions that are called before they are ready.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define MSCOMP_FOR_EACH_VECTOR_WIDTH __attribute__((target_clones("default", "avx2", "avx512f")))
-#else
-#define MSCOMP_FOR_EACH_VECTOR_WIDTH
-#endif
+#include "vector_widths.h"
 
 namespace mscomp {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 
+#include "log_lanes.h"
 #include "mscomp/base/feature_set.h"
 #include "polar.h"
-#include "rotation.h"
 
 namespace mscomp {
 namespace {
@@ -22,6 +22,25 @@ void store_stretch(const Eigen::Matrix3d& stretch, float* feature) {
         {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
     for (std::size_t k = 0; k < kEntries.size(); ++k) {
         feature[kRotationDim + k] = static_cast<float>(stretch(kEntries[k][0], kEntries[k][1]));
+    }
+}
+
+void store_logarithms(std::span<const PolarDecomposition> polar, float* features) {
+    constexpr std::size_t kLanes = LogLanes::kLanes;
+    LogLanes lanes;
+    for (std::size_t first = 0; first < polar.size(); first += kLanes) {
+        const std::size_t count = std::min(kLanes, polar.size() - first);
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            const double* rotation = polar[first + std::min(lane, count - 1)].rotation.data();
+            for (int k = 0; k < 9; ++k) lanes.rotation[k][lane] = rotation[k];
+        }
+        rotation_logs(lanes);
+        for (std::size_t lane = 0; lane < count; ++lane) {
+            float* feature = features + (first + lane) * kFeatureDim;
+            for (int axis = 0; axis < kRotationDim; ++axis) {
+                feature[axis] = static_cast<float>(lanes.logarithm[axis][lane]);
+            }
+        }
     }
 }
 
@@ -51,11 +70,11 @@ ExtractedShape extract_shape(const DeformationGradients& gradients,
         const std::size_t count = std::min(kBlock, aligned.size() - first);
         gradients.compute(aligned, directions, first, std::span(block).first(count));
         polar_decompositions(block, std::span(polar).first(count));
+        float* features = result.features.data() + first * kFeatureDim;
+        store_logarithms(std::span(polar).first(count), features);
         for (std::size_t k = 0; k < count; ++k) {
             if (polar[k].mirrored) result.mirrored.add(static_cast<int>(first + k));
-            float* feature = result.features.data() + (first + k) * kFeatureDim;
-            store_rotation_vector(rotation_log(polar[k].rotation), feature);
-            store_stretch(polar[k].stretch, feature);
+            store_stretch(polar[k].stretch, features + k * kFeatureDim);
         }
     }
     return result;
