@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "anchored_system.h"
 #include "feature_equations.h"
@@ -18,8 +19,8 @@ namespace mscomp {
 namespace {
 
 constexpr double kLaplacianShare = 0.01;
-// Rounding a rotation vector of some turns to float32 leaves this residual: below it, steps would
-// only follow the rounding.
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Rounding a rotation vector of some turns to float32 leaves this residual.
 constexpr double kRounding = 2e-7;
 constexpr double kSmallestStep = 1e-8;  // of the size of the reference
 
@@ -32,6 +33,11 @@ MatrixEntries constant_matrix(const FeatureEquations& equations) {
     add_ring_squares(gradients.rings(), equations.edge_factors(), entries);
     add_laplacian(gradients.rings(), gradients.weights(), kLaplacianShare, entries);
     return entries;
+}
+
+double relative_energy(double energy, const std::vector<Eigen::Matrix3d>& wanted) {
+    const double size = squared_size(wanted);
+    return size > 0 ? energy / size : 0.0;
 }
 
 double half_diagonal(const std::vector<Point>& points) {
@@ -131,6 +137,7 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
     const std::vector<Eigen::Matrix3d> wanted =
         state.equations.wanted(gradients_of_features(features, result.vertices.size()));
     state.tangential.apply(wanted, result.vertices);
+    result.residual = state.tangential.residual(wanted, result.vertices);
     std::vector<Point> derivative;
     const auto energy = [&](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
         const double value = state.equations.energy(points_of(x), wanted, derivative);
@@ -143,12 +150,14 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
     Eigen::VectorXd x = flat(result.vertices);
     QuasiNewtonOptions options;
     options.largest_step = state.smallest_step;
-    options.least_value = kRounding * kRounding * squared_size(wanted);
+    // Features of a mesh have their mesh already. Its own features need not come out again: where
+    // a face has hardly any area, rounding turns its normal.
+    if (result.residual <= kRounding) options.least_value = kInfinity;
     const QuasiNewtonResult found = minimize(energy, precondition, x, options);
     result.vertices = points_of(x);
     result.steps = found.steps;
     result.converged = found.converged;
-    result.residual = std::sqrt(found.value / squared_size(wanted));
+    result.energy = relative_energy(found.value, wanted);
     state.placement.apply(like, result.vertices);
     return result;
 }
@@ -175,6 +184,10 @@ ReconstructedShape LosslessReconstruction::solve_by_ceres(std::span<const float>
         if (has_handle[static_cast<std::size_t>(c)] == 0) held.push_back(vertex);
     }
     refine_by_ceres(state.equations, wanted, handles, held, result);
+    result.residual = state.tangential.residual(wanted, result.vertices);
+    std::vector<Point> unused;
+    result.energy =
+        relative_energy(state.equations.energy(result.vertices, wanted, unused), wanted);
     state.placement.apply(like, result.vertices, has_handle);
     return result;
 }

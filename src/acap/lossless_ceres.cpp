@@ -3,6 +3,7 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mscomp/base/error.h"
@@ -83,11 +84,8 @@ void refine_by_ceres(const FeatureEquations& equations, const std::vector<Eigen:
     if (!summary.IsSolutionUsable()) {
         throw NumericalError("lossless reconstruction failed: " + summary.message);
     }
-    result.steps += summary.num_successful_steps - 1;
+    result.steps = std::max(summary.num_successful_steps - 1, 0);
     result.converged = summary.termination_type == ceres::CONVERGENCE;
-    std::vector<Point> derivative;
-    result.residual =
-        std::sqrt(equations.energy(positions, wanted, derivative) / squared_size(wanted));
 }
 
 }  // namespace mscomp

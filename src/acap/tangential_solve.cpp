@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tangential_solve.h"
 
+#include <cmath>
+
 namespace mscomp {
 namespace {
 
@@ -38,6 +40,30 @@ TangentialSolve::TangentialSolve(const FeatureEquations& equations, const std::v
       system_(matrix_of(equations, factors_), equations.gradients().rings().vertex_count(), anchors,
               "the matrix of the lossless reconstruction") {}
 
+/// -r_i P_i.
+Eigen::Matrix3d TangentialSolve::missing(std::size_t vertex,
+                                         const std::vector<Eigen::Matrix3d>& wanted,
+                                         const std::vector<Point>& shape) const {
+    const OneRings& rings = equations_.gradients().rings();
+    Eigen::Matrix3d result = wanted[vertex] * equations_.tangential()[vertex];
+    for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
+        const auto k = static_cast<std::size_t>(at);
+        const auto j = static_cast<std::size_t>(rings.neighbors[k]);
+        result -= (as_vector(shape[j]) - as_vector(shape[vertex])) * factors_[k].transpose();
+    }
+    return result;
+}
+
+double TangentialSolve::residual(const std::vector<Eigen::Matrix3d>& wanted,
+                                 const std::vector<Point>& shape) const {
+    double squares = 0, size = 0;
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        squares += missing(i, wanted, shape).squaredNorm();
+        size += (wanted[i] * equations_.tangential()[i]).squaredNorm();
+    }
+    return size > 0 ? std::sqrt(squares / size) : 0.0;
+}
+
 /// Minus half the derivative of Σ_i |r_i P_i|².
 std::vector<Point> TangentialSolve::descent(const std::vector<Eigen::Matrix3d>& wanted,
                                             const std::vector<Point>& shape) const {
@@ -48,15 +74,10 @@ std::vector<Point> TangentialSolve::descent(const std::vector<Eigen::Matrix3d>& 
         target += value;
     };
     for (std::size_t i = 0; i < shape.size(); ++i) {
-        Eigen::Matrix3d missing = wanted[i] * equations_.tangential()[i];
+        const Eigen::Matrix3d left = missing(i, wanted, shape);
         for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
             const auto k = static_cast<std::size_t>(at);
-            const auto j = static_cast<std::size_t>(rings.neighbors[k]);
-            missing -= (as_vector(shape[j]) - as_vector(shape[i])) * factors_[k].transpose();
-        }
-        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
-            const auto k = static_cast<std::size_t>(at);
-            const Eigen::Vector3d pull = missing * factors_[k];
+            const Eigen::Vector3d pull = left * factors_[k];
             add(static_cast<std::size_t>(rings.neighbors[k]), pull);
             add(i, -pull);
         }

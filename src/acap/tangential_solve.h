@@ -19,7 +19,13 @@ class TangentialSolve {
     /// Moves `shape` (V) to the least-squares solution; the anchors stay.
     void apply(const std::vector<Eigen::Matrix3d>& wanted, std::vector<Point>& shape) const;
 
+    /// sqrt(Σ |r_i P_i|² / Σ |T_i M_i^½ P_i|²) of a shape; 0 for features without size.
+    double residual(const std::vector<Eigen::Matrix3d>& wanted,
+                    const std::vector<Point>& shape) const;
+
   private:
+    Eigen::Matrix3d missing(std::size_t vertex, const std::vector<Eigen::Matrix3d>& wanted,
+                            const std::vector<Point>& shape) const;
     std::vector<Point> descent(const std::vector<Eigen::Matrix3d>& wanted,
                                const std::vector<Point>& shape) const;
 

@@ -15,10 +15,11 @@ namespace mscomp {
 /// Positions found for features.
 struct ReconstructedShape {
     std::vector<Point> vertices;  // (V) in the unit of the reference
-    /// How far the positions are from having the wanted features, relative to these:
-    /// sqrt(Σ |(T'_i - T_i) M_i^½|² / Σ |T_i M_i^½|²) with T' the gradients of `vertices`. About
-    /// 1e-7 (float32) for features of a mesh; more says that no mesh has exactly these features.
+    /// How far the features are from being those of a mesh: the least-squares residual of the six
+    /// equations of each vertex that leave the pseudo-edge out, relative to the features. About
+    /// 3e-8 (float32) for features of a mesh. With handles, that of the result.
     double residual = 0;
+    double energy = 0;       // E of the result, relative to its value for a shape without size
     int steps = 0;           // descent steps from the linear start
     bool converged = false;  // the last step changed next to nothing
 };
