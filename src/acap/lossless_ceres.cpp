@@ -41,7 +41,7 @@ ceres::Solver::Options solver_options() {
     options.max_num_iterations = 100;
     // Nearly linear: the first step may go all the way.
     options.initial_trust_region_radius = 1e6;
-    options.function_tolerance = 1e-14;
+    options.function_tolerance = 1e-6;  // as the fast path
     options.gradient_tolerance = 0;
     options.parameter_tolerance = 1e-10;
     options.num_threads = 1;  // shapes run in parallel, and results do not depend on threads

@@ -13,6 +13,7 @@
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/acap/reconstruct.h"
+#include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
@@ -207,8 +208,8 @@ void print_summary(const ReconstructCommand& options, const FeatureSet& set, int
         fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
         return;
     }
-    fmt::print("{}: {} meshes, {} vertices, {} faces\n", options.output, count, set.vertex_count(),
-               set.reference.face_count());
+    fmt::print("{}: {} {}, {} vertices, {} faces\n", options.output, count,
+               count == 1 ? "mesh" : "meshes", set.vertex_count(), set.reference.face_count());
     fmt::print("E_rms to the meshes in the file (x1000, unit ball): {:.3g}, {:.3g} ms a shape",
                summary.rms_error.value(), per_shape);
     if (!is_lossless) {
@@ -241,12 +242,11 @@ void setup_reconstruct(CLI::App& app) {
     command->add_option("FEATURES", options->features, "Feature file")->required();
     command->add_option("-o,--output", options->output, "Folder to write the meshes to")
         ->required();
-    CLI::Option* solver =
-        command
-            ->add_option("--solver", options->solver,
-                         "lossless: the meshes whose features these are; poisson: nearly, faster")
-            ->check(CLI::IsMember({"lossless", "poisson"}))
-            ->capture_default_str();
+    command
+        ->add_option("--solver", options->solver,
+                     "lossless: the meshes whose features these are; poisson: nearly, faster")
+        ->check(CLI::IsMember({"lossless", "poisson"}))
+        ->capture_default_str();
     command
         ->add_option("--frames", options->frames,
                      "A:B for shapes A to B-1, counted from 0; either may be left out")
@@ -254,10 +254,8 @@ void setup_reconstruct(CLI::App& app) {
     command->add_option("--format", options->format, "Format of the meshes")
         ->check(CLI::IsMember({"obj", "ply", "off"}))
         ->capture_default_str();
-    command
-        ->add_option("--handles", options->handles,
-                     "JSON file of vertices and where they shall be, in every shape")
-        ->excludes(solver);
+    command->add_option("--handles", options->handles,
+                        "JSON file of vertices and where they shall be, in every shape");
     command->add_flag("--aligned", options->keep_aligned,
                       "Leave shapes aligned to the reference instead of where the input stood");
     add_force(*command, options->common);
@@ -269,6 +267,9 @@ void setup_reconstruct(CLI::App& app) {
 }
 
 void run_reconstruct(const ReconstructCommand& options) {
+    if (!options.handles.empty() && options.solver != "lossless") {
+        throw UsageError("--handles: got --solver poisson, wanted lossless");
+    }
     require_free_folder(options.output, options.common.force);
     const FeatureFile file(options.features);
     const ShapeRange range = parse_shape_range(options.frames, file.shape_count());

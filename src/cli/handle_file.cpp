@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "mscomp/base/atomic_file.h"
@@ -13,6 +15,8 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr double kLargest = 1e30;  // far within float32, which meshes and features are stored in
+
 class HandleReader {
   public:
     HandleReader(const std::string& path, int vertex_count)
@@ -20,13 +24,26 @@ class HandleReader {
 
     std::vector<Handle> read() {
         const Json file = Json::parse(read_file(path_), nullptr, false);
-        if (file.is_discarded()) throw InputError({path_}, "is not valid JSON");
+        if (file.is_discarded()) {
+            throw InputError({path_}, "is not valid JSON, or holds a number beyond 1.8e308");
+        }
         if (!file.is_object() || !file.contains("handles") || !file["handles"].is_array()) {
             throw InputError({path_}, "wanted an object with a list 'handles'");
         }
+        for (const auto& [key, value] : file.items()) {
+            if (key != "handles") {
+                throw InputError({path_}, fmt::format("unknown key '{}', wanted handles", key));
+            }
+        }
         std::vector<Handle> handles;
         for (const Json& entry : file["handles"]) {
-            handles.push_back(read_one(entry));
+            const Handle handle = read_one(entry);
+            const auto same = std::ranges::find(handles, handle.vertex, &Handle::vertex);
+            if (same != handles.end()) {
+                fail(fmt::format("vertex {} has handles[{}] already, wanted one handle a vertex",
+                                 handle.vertex, same - handles.begin()));
+            }
+            handles.push_back(handle);
             ++index_;
         }
         if (handles.empty()) throw InputError({path_}, "names no handle, wanted at least one");
@@ -55,6 +72,10 @@ class HandleReader {
                 fail(fmt::format("'position' is {}, wanted three numbers", position.dump()));
             }
             handle.position[axis] = position[axis].get<double>();
+            if (!(std::abs(handle.position[axis]) <= kLargest)) {
+                fail(fmt::format("'position' is {}, wanted numbers up to {:g}", position.dump(),
+                                 kLargest));
+            }
         }
         if (entry.contains("weight")) {
             const Json& weight = entry["weight"];
