@@ -17,10 +17,16 @@ Eigen::Vector3d centroid(const std::vector<Point>& points) {
 
 RigidMotion best_rigid_motion(const std::vector<Point>& points, const std::vector<Point>& target) {
     const Eigen::Vector3d from = centroid(points), to = centroid(target);
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    // Columns apart: the compiler then keeps them in registers.
+    Eigen::Vector3d first = Eigen::Vector3d::Zero(), second = first, third = first;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        covariance += (as_vector(target[i]) - to) * (as_vector(points[i]) - from).transpose();
+        const Eigen::Vector3d goal = as_vector(target[i]) - to;
+        first += (points[i][0] - from.x()) * goal;
+        second += (points[i][1] - from.y()) * goal;
+        third += (points[i][2] - from.z()) * goal;
     }
+    Eigen::Matrix3d covariance;
+    covariance << first, second, third;
     RigidMotion motion;
     // max tr(Rᵀ C) over proper rotations is the rotation nearest to C.
     motion.rotation = polar_decomposition(covariance).rotation;

@@ -52,10 +52,10 @@ ExtractedShape extract_shape(const DeformationGradients& gradients,
     ExtractedShape result;
     if (align) result.motion = best_rigid_motion(shape, reference);
     const std::vector<Point> aligned = align ? moved(shape, result.motion) : shape;
-    result.vertices.reserve(aligned.size() * 3);
-    for (const Point& point : aligned) {
-        for (const double coordinate : point) {
-            result.vertices.push_back(static_cast<float>(coordinate));
+    result.vertices.resize(aligned.size() * 3);
+    for (std::size_t i = 0; i < aligned.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            result.vertices[3 * i + k] = static_cast<float>(aligned[i][k]);
         }
     }
     const RingNormals directions = gradients.directions(aligned);

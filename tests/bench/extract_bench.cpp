@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <chrono>
@@ -14,6 +15,8 @@
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -30,7 +33,6 @@
 #include "mscomp/base/random.h"
 #include "plain_extraction.h"
 #include "polar.h"
-#include "rotation.h"
 #include "shape_extraction.h"
 
 namespace mscomp {
@@ -237,6 +239,123 @@ BENCHMARK_CAPTURE(polar, jacobi_svd, all_by_jacobi_svd);
 BENCHMARK_CAPTURE(polar, one_by_one, all_one_by_one);
 BENCHMARK_CAPTURE(polar, several_at_a_time, polar_decompositions);
 
+// ------------------------------------------------------------------------------------------------
+// The stages one by one, on one thread and in memory: items are vertices
+
+struct Stages {
+    explicit Stages(const Files& input)
+        : files(input.paths),
+          gradients({files.shape(0), files.faces()}, EdgeWeights::cotangent),
+          graph(consistency_graph(gradients.rings(),
+                                  std::vector<double>(static_cast<std::size_t>(vertices()), 0.0))) {
+        for (int n = 0; n < files.shape_count(); ++n) {
+            shapes.push_back(files.shape(n));
+            aligned.push_back(align(shapes.back()));
+            rows.push_back(extract_shape(gradients, shapes.front(), shapes.back(), true).features);
+        }
+    }
+    int vertices() const { return files.vertex_count(); }
+    std::vector<Point> align(const std::vector<Point>& shape) const {
+        return moved(shape, best_rigid_motion(shape, shapes.front()));
+    }
+
+    MeshFiles files;
+    DeformationGradients gradients;
+    ConsistencyGraph graph;
+    std::vector<std::vector<Point>> shapes, aligned;
+    std::vector<std::vector<float>> rows;  // with principal logarithms
+};
+
+const Stages& stages_of(const std::string& name) {
+    static std::map<std::string, Stages> all;
+    return all.try_emplace(name, files_of(name)).first->second;
+}
+
+template <class Work>
+void stage(benchmark::State& state, const Stages& stages, Work&& work) {
+    set_thread_count(1);
+    for (auto _ : state) {
+        for (int n = 0; n < stages.files.shape_count(); ++n) {
+            benchmark::DoNotOptimize(work(stages, n));
+        }
+    }
+    set_thread_count(0);
+    state.SetItemsProcessed(state.iterations() * stages.vertices() * stages.files.shape_count());
+}
+
+std::vector<Matrix3d> gradients_only(const Stages& stages, std::size_t n) {
+    return stages.gradients.compute(stages.aligned[n]).gradients;
+}
+
+/// Least squares per vertex and shape, from nothing but the two meshes and the weights.
+std::vector<Matrix3d> plain_gradients(const Stages& stages, std::size_t n) {
+    const std::vector<Point>& before = stages.shapes.front();
+    const std::vector<Point>& after = stages.aligned[n];
+    const OneRings& rings = stages.gradients.rings();
+    const auto& faces = stages.files.faces();
+    const RingNormals normals_before = ring_normals(before, faces, rings);
+    const RingNormals normals_after = ring_normals(after, faces, rings);
+    std::vector<Matrix3d> result(before.size());
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        const Vector3d n_before = normals_before.height[i] * normals_before.normal[i];
+        Matrix3d moment = n_before * n_before.transpose();
+        Matrix3d image = normals_after.height[i] * normals_after.normal[i] * n_before.transpose();
+        for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const auto j = static_cast<std::size_t>(rings.neighbors[k]);
+            const Vector3d e = as_vector(before[j]) - as_vector(before[i]);
+            const Vector3d f = as_vector(after[j]) - as_vector(after[i]);
+            moment += stages.gradients.weights()[k] * e * e.transpose();
+            image += stages.gradients.weights()[k] * f * e.transpose();
+        }
+        result[i] = image * moment.inverse();
+    }
+    return result;
+}
+
+void gradients_by_plain_loop(benchmark::State& state, const std::string& name) {
+    const Stages& stages = stages_of(name);
+    for (std::size_t n = 0; n < stages.shapes.size(); ++n) {
+        const std::vector<Matrix3d> wanted = plain_gradients(stages, n);
+        const std::vector<Matrix3d> ours = gradients_only(stages, n);
+        for (std::size_t i = 0; i < ours.size(); ++i) {
+            const double error = (ours[i] - wanted[i]).cwiseAbs().maxCoeff();
+            if (!(error <= 1e-9 * (1 + wanted[i].cwiseAbs().maxCoeff()))) {
+                return state.SkipWithError("other gradients");
+            }
+        }
+    }
+    stage(state, stages,
+          [](const Stages& s, int n) { return plain_gradients(s, static_cast<std::size_t>(n)); });
+}
+
+void register_stages(const std::string& name) {
+    const auto add = [&](const char* what, auto work) {
+        benchmark::RegisterBenchmark(
+            fmt::format("{}/{}", what, name).c_str(),
+            [name, work](benchmark::State& state) { stage(state, stages_of(name), work); })
+            ->Unit(benchmark::kMillisecond);
+    };
+    benchmark::RegisterBenchmark(("gradients_by_plain_loop/" + name).c_str(),
+                                 gradients_by_plain_loop, name)
+        ->Unit(benchmark::kMillisecond);
+    add("gradients", [](const Stages& stages, int n) {
+        return gradients_only(stages, static_cast<std::size_t>(n));
+    });
+    add("reading", [](const Stages& stages, int n) { return stages.files.shape(n); });
+    add("alignment", [](const Stages& stages, int n) {
+        return stages.align(stages.shapes[static_cast<std::size_t>(n)]);
+    });
+    add("alignment_to_features", [](const Stages& stages, int n) {
+        const auto& shape = stages.shapes[static_cast<std::size_t>(n)];
+        return extract_shape(stages.gradients, stages.shapes.front(), shape, true).features;
+    });
+    add("consistency", [](const Stages& stages, int n) {
+        std::vector<Vector3d> r = rotation_vectors_of(stages.rows[static_cast<std::size_t>(n)]);
+        return make_consistent(stages.graph, r).energy;
+    });
+}
+
 }  // namespace
 }  // namespace mscomp
 
@@ -250,6 +369,7 @@ int main(int argc, char** argv) {
             ->Unit(benchmark::kMillisecond)
             ->UseRealTime();
     }
+    for (const std::string& name : names) register_stages(name);
     benchmark::Initialize(&argc, argv);
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
