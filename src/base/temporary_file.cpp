@@ -69,6 +69,7 @@ TemporaryFile::TemporaryFile(std::string target) : target_(std::move(target)) {
     create_folder(folder_of(target_), target_);
     descriptor_ = open_new_beside(target_, path_);
     if (descriptor_ < 0) throw IoError(target_, "cannot create: " + reason(errno));
+    name_.emplace(path_);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -127,6 +128,7 @@ void TemporaryFile::sync() const {
 void TemporaryFile::take_place() {
     if (::close(std::exchange(descriptor_, -1)) != 0) fail("close");
     if (std::rename(path_.c_str(), target_.c_str()) != 0) fail("rename the finished file");
+    name_.reset();
     path_.clear();
     sync_folder(target_);
 }

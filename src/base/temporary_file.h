@@ -3,9 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include "temporary_names.h"
 
 namespace mscomp {
 
@@ -43,6 +46,7 @@ class TemporaryFile {
 
     std::string target_, path_;
     int descriptor_ = -1;
+    std::optional<TemporaryName> name_;
 };
 
 }  // namespace mscomp

@@ -5,12 +5,17 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <functional>
 #include <new>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
+#include "base/temporary_folder.h"
+#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/cli/interrupt.h"
@@ -122,13 +127,31 @@ TEST(Program, TheFirstSignalIsAFlagThatCommandsLookAt) {
     }
 }
 
+// timeout(1) and job systems signal twice in a row; only a later one is a second wish.
 TEST(InterruptDeathTest, TheSecondSignalEndsTheProcess) {
     const auto twice = [] {
         watch_interrupts();
         std::raise(SIGINT);
+        std::raise(SIGINT);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1100));
         std::raise(SIGTERM);
     };
     EXPECT_EXIT(twice(), testing::ExitedWithCode(143), "once more to stop at once");
+}
+
+TEST(InterruptDeathTest, TheSecondSignalLeavesNoTemporaryFile) {
+    const TemporaryFolder folder;
+    const auto twice = [&folder] {
+        watch_interrupts();
+        AtomicFile file(folder / "a");
+        file.write("x");
+        if (folder.names().size() != 1) std::abort();
+        std::raise(SIGINT);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+        std::raise(SIGINT);
+    };
+    EXPECT_EXIT(twice(), testing::ExitedWithCode(130), "");
+    EXPECT_THAT(folder.names(), testing::IsEmpty());
 }
 
 TEST(EditDistance, IsZeroOnlyForEqualTextsAndSymmetric) {

@@ -6,8 +6,8 @@
 namespace mscomp {
 
 /// From here on the first SIGINT or SIGTERM only raises a flag that commands look at, so they can
-/// finish what they are writing; the second ends the process at once with 128 + signal. Forgets an
-/// earlier signal.
+/// finish what they are writing; one that comes a second or more later removes temporary files and
+/// ends the process at once with 128 + signal. Forgets an earlier signal.
 void watch_interrupts();
 
 /// Whether a signal has come in.
