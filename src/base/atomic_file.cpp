@@ -1,26 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "mscomp/base/atomic_file.h"
 
-#include <sys/stat.h>
-
-#include <cerrno>
-#include <cstdio>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include "mscomp/base/error.h"
+#include "mscomp/base/readable_file.h"
 #include "temporary_file.h"
 
 namespace mscomp {
 namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
-
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
 
 class Digest {
   public:
@@ -97,21 +90,11 @@ void write_file(const std::string& path, std::string_view text) {
 }
 
 std::string read_file(const std::string& path) {
-    struct stat info {};
-    if (::stat(path.c_str(), &info) != 0) throw IoError(path, "cannot open: " + reason(errno));
-    if (S_ISDIR(info.st_mode)) throw IoError(path, "is a folder, wanted a file");
-    std::FILE* file = std::fopen(path.c_str(), "rb");
-    if (file == nullptr) throw IoError(path, "cannot open: " + reason(errno));
+    const ReadableFile file(path);
     std::string text;
-    if (S_ISREG(info.st_mode)) text.reserve(static_cast<std::size_t>(info.st_size));
+    text.reserve(file.size());
     std::vector<char> piece(kPieceBytes);
-    errno = 0;
-    while (const std::size_t got = std::fread(piece.data(), 1, piece.size(), file)) {
-        text.append(piece.data(), got);
-    }
-    const int failed = std::ferror(file) != 0 ? errno : 0;
-    std::fclose(file);
-    if (failed != 0) throw IoError(path, "cannot read: " + reason(failed));
+    while (const std::size_t got = file.read(piece)) text.append(piece.data(), got);
     return text;
 }
 

@@ -153,6 +153,7 @@ void run_check(const CheckCommand& options) {
             throw_if_interrupted("interrupted; not all files were looked at");
             progress.update(done);
         });
+    throw_if_interrupted("interrupted; not all files were looked at");
     if (options.common.json) {
         print_json(report);
     } else {

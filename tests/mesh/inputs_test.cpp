@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "base/temporary_folder.h"
 #include "base/thrown_message.h"
@@ -68,6 +70,15 @@ class ExpandInputs : public testing::Test {
 TEST_F(ExpandInputs, TakesTheMeshesOfAFolderInNaturalOrder) {
     EXPECT_THAT(expanded({"f"}), ElementsAre("f/frame_1.ply", "f/frame_2.obj", "f/frame_3.OBJ",
                                              "f/frame_4.off", "f/frame_10.obj"));
+}
+
+// A pipe would be waited at, a link to nowhere is a shape that is missing.
+TEST_F(ExpandInputs, TakesNoPipesOfAFolderButBrokenLinks) {
+    const TemporaryFolder folder;
+    const std::string mesh = folder.put("a.obj", ""), link = folder / "c.obj";
+    ASSERT_EQ(::mkfifo((folder / "b.obj").c_str(), 0600), 0);
+    std::filesystem::create_symlink("nowhere", link);
+    EXPECT_THAT(expand_inputs({folder.path()}), ElementsAre(mesh, link));
 }
 
 TEST_F(ExpandInputs, TakesPatterns) {

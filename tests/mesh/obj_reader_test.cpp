@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 
 #include <charconv>
+#include <chrono>
+#include <csignal>
 #include <fstream>
 #include <limits>
 #include <thread>
@@ -13,6 +15,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/random.h"
+#include "mscomp/base/stop_request.h"
 
 namespace mscomp {
 namespace {
@@ -332,6 +335,19 @@ TEST(ReadMesh, ReadsFromAPipe) {
                   (Point{static_cast<double>(i), 0, 0}));
     }
     EXPECT_EQ(mesh.faces, (std::vector<Face>{{0, 1, 39999}}));
+}
+
+TEST(ReadMesh, WaitsAtAPipeNoLongerThanUntilAStopIsRequested) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.obj";
+    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    std::thread signal([] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        request_stop(SIGTERM);
+    });
+    EXPECT_THROW(read_mesh(path), Interrupted);
+    signal.join();
+    request_stop(0);
 }
 
 TEST(ReadMesh, RefusesAFolder) {

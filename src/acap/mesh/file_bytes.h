@@ -12,7 +12,7 @@ namespace mscomp {
 /// worked on must lead to a message, not to a crash.
 class FileBytes {
   public:
-    /// Throws IoError with the system's reason.
+    /// Throws IoError with the system's reason, Interrupted as ReadableFile does.
     explicit FileBytes(const std::string& path);
     std::string_view bytes() const { return {bytes_.get(), size_}; }
 

@@ -42,13 +42,22 @@ int natural_compare(std::string_view a, std::string_view b) {
     return static_cast<int>(i < a.size()) - static_cast<int>(j < b.size());
 }
 
+/// Pipes, sockets and devices in a folder are nobody's meshes. A link to nowhere is: a shape that
+/// is missing must be noticed.
+bool is_file_or_broken_link(const fs::directory_entry& entry) {
+    std::error_code error;
+    const fs::file_type type = entry.status(error).type();
+    return type != fs::file_type::directory &&
+           (type == fs::file_type::regular || !fs::exists(entry.path(), error));
+}
+
 std::vector<std::string> meshes_in_folder(const std::string& folder) {
     std::vector<std::string> files;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
         const std::string path = entry->path().string();
-        if (mesh_format(path) && !entry->is_directory(error)) files.push_back(path);
+        if (mesh_format(path) && is_file_or_broken_link(*entry)) files.push_back(path);
     }
     if (error) throw IoError(folder, "cannot read the folder: " + error.message());
     if (files.empty()) {

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/base/readable_file.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/stop_request.h"
+
+namespace mscomp {
+namespace {
+
+// A signal may reach another thread than the one that waits here, so it looks itself.
+constexpr int kPatienceMilliseconds = 100;
+
+[[noreturn]] void fail(const std::string& path, const char* doing, int error_number) {
+    throw IoError(path, std::string("cannot ") + doing + ": " +
+                            std::generic_category().message(error_number));
+}
+
+}  // namespace
+
+ReadableFile::ReadableFile(std::string path) : path_(std::move(path)) {
+    // O_NONBLOCK: opening a pipe would otherwise wait for its writer, deaf to signals.
+    descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor_ < 0) fail(path_, "open", errno);
+    struct stat info {};
+    const int failed = ::fstat(descriptor_, &info) != 0 ? errno : 0;
+    if (failed != 0 || S_ISDIR(info.st_mode)) {
+        ::close(descriptor_);
+        if (failed != 0) fail(path_, "read", failed);
+        throw IoError(path_, "is a folder, wanted a file");
+    }
+    may_wait_ = !S_ISREG(info.st_mode);
+    if (!may_wait_) size_ = static_cast<std::size_t>(info.st_size);
+}
+
+ReadableFile::~ReadableFile() { ::close(descriptor_); }
+
+std::size_t ReadableFile::read(std::span<char> bytes) const {
+    for (;;) {
+        if (may_wait_) wait_for_data();
+        const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+        if (got >= 0) return static_cast<std::size_t>(got);
+        if (errno != EINTR && errno != EAGAIN) fail(path_, "read", errno);
+    }
+}
+
+void ReadableFile::wait_for_data() const {
+    for (;;) {
+        if (const int signal = requested_stop(); signal != 0) {
+            throw Interrupted(signal, path_ + ": interrupted while waiting for data");
+        }
+        pollfd waiting{descriptor_, POLLIN, 0};
+        const int ready = ::poll(&waiting, 1, kPatienceMilliseconds);
+        if (ready > 0) return;
+        if (ready < 0 && errno != EINTR) fail(path_, "read", errno);
+    }
+}
+
+}  // namespace mscomp
