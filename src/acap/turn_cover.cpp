@@ -233,6 +233,7 @@ void TurnCover::collect_reached() {
 }
 
 void TurnCover::forget_flow() {
+    effort_ += static_cast<std::int64_t>(opened_.size());
     for (const std::size_t node : opened_) {
         is_open_[node] = 0;
         const std::size_t vertex = node / 2;

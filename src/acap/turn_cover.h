@@ -43,7 +43,7 @@ class TurnCover {
     /// Vertices moved since the start, some more than once.
     const std::vector<int>& moved() const { return moved_; }
 
-    /// Copies looked at in all cuts so far: a measure of the work.
+    /// Copies opened, levelled and discharged in all cuts so far: a measure of the work.
     std::int64_t effort() const { return effort_; }
 
     /// A state to come back to.

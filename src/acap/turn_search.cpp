@@ -12,6 +12,8 @@ namespace {
 
 // One turn changes an edge by up to (2π)² = 39: less is rounding.
 constexpr double kGain = 1e-9;
+// Levels of subproblems: each is a call within a call on the stack of a worker thread.
+constexpr int kMostDepth = 1000;
 
 }  // namespace
 
@@ -59,12 +61,13 @@ class Search {
           cover_(problem, turns) {}
 
     SearchResult run() {
-        explore();
+        explore(0);
         SearchResult result;
         result.change = best_change_;
         result.bound = std::min(best_change_, open_bound_);
         result.proved = result.bound >= best_change_ - kGain;
         result.visited = visited_;
+        result.effort = cover_.effort() + looked_at_;
         return result;
     }
     const TurnProblem::Turns& best() const { return best_; }
@@ -72,35 +75,52 @@ class Search {
   private:
     bool hopeless() const { return cover_.change() >= best_change_ - kGain; }
 
+    bool spent() const { return cover_.effort() + looked_at_ >= most_effort_; }
+
     /// Solves, drops or divides the subproblem of the cover's present limits.
-    void explore() {
+    void explore(int depth) {
         ++visited_;
         cover_.minimize();
         if (hopeless()) return;
-        const std::vector<int> torn = take_what_helps();
-        if (torn.empty() || hopeless()) return;
+        const int vertex = try_what_is_found();
+        if (vertex < 0 || hopeless()) return;
         const double bound = cover_.change();
-        const int vertex = widest(torn);
         const int first = cover_.turn(vertex), second = cover_.opposite_turn(vertex);
         const int middle = std::min(first, second) + std::abs(first - second) / 2;
         const bool low_first = best_[static_cast<std::size_t>(vertex)] <= middle;
         for (const bool low : {low_first, !low_first}) {
-            if (cover_.effort() >= most_effort_) {
+            if (spent() || depth == kMostDepth) {
                 open_bound_ = std::min(open_bound_, bound);
                 return;
             }
             const TurnCover::Mark mark = cover_.mark();
             cover_.confine(vertex, low ? cover_.lower(vertex) : middle + 1,
                            low ? middle : cover_.upper(vertex));
-            explore();
+            explore(depth + 1);
             cover_.return_to(mark);
         }
+    }
+
+    /// The vertex to divide the subproblem at; -1 if it is solved.
+    int try_what_is_found() {
+        const std::vector<int> torn = take_what_helps();
+        if (!torn.empty()) return widest(torn);
+        if (!hopeless()) take_all();
+        return -1;
+    }
+
+    /// The best may come from elsewhere, so that no patch of what moved here leads to t.
+    void take_all() {
+        for (std::size_t i = 0; i < best_.size(); ++i) best_[i] = cover_.turn(static_cast<int>(i));
+        best_change_ = cover_.change();
+        looked_at_ += static_cast<std::int64_t>(best_.size());
     }
 
     /// Lowers the best by what the cover proposes, patch by patch; returns the vertices where t and
     /// t' differ.
     std::vector<int> take_what_helps() {
         std::vector<int> moved = cover_.moved();
+        looked_at_ += static_cast<std::int64_t>(moved.size());
         std::sort(moved.begin(), moved.end());
         moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
         std::vector<int> torn;
@@ -196,6 +216,7 @@ class Search {
     double best_change_ = 0;
     double open_bound_ = std::numeric_limits<double>::infinity();
     int visited_ = 0;
+    std::int64_t looked_at_ = 0;  // vertices, outside of cuts
     TurnCover cover_;
 };
 
