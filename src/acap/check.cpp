@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "check_findings.h"
+#include "float_range.h"
 #include "mesh/polygon_mesh.h"
 #include "mscomp/base/parallel.h"
 
@@ -55,8 +56,8 @@ class Checker {
         if (paths.empty()) throw UsageError("no mesh files given");
         const auto index = static_cast<std::size_t>(options.reference_index);
         if (options.reference_index < 0 || index >= paths.size()) {
-            throw UsageError(fmt::format("--reference: got {}, but there are {} shapes, from 0 on",
-                                         options.reference_index, paths.size()));
+            throw UsageError(fmt::format("--reference: got {}, wanted 0 to {}, or a mesh file",
+                                         options.reference_index, paths.size() - 1));
         }
         files_ = checked_files(paths);
         report_.files = static_cast<int>(paths.size());
@@ -137,6 +138,7 @@ class Checker {
         report_.unit_ball_scale = farthest > 0 ? 1 / farthest : 0;
         find_connectivity(meshes_->vertex_count(), meshes_->faces(), face_numbers_, report_,
                           report_.findings);
+        if (is_too_small_for_float(points)) return refuse_small_reference();
         try {
             meter_ = std::make_unique<FrameMeter>(TriangleMesh{points, meshes_->faces()});
             StretchHistogram unused;
@@ -150,6 +152,15 @@ class Checker {
                            "scaled to zero?",
                            report_.findings);
         }
+    }
+
+    void refuse_small_reference() {
+        FindingBuilder builder(Severity::error, "reference_too_small");
+        builder.add({.text = "all of it is smaller than 1e-30", .file = report_.reference});
+        builder.finish("the reference is too small for float32",
+                       "Its positions would be stored as 0 or lose their digits. Scale all meshes "
+                       "up.",
+                       report_.findings);
     }
 
     /// In portions, so that there is something between the shapes: progress, and a place to stop.

@@ -10,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "float_range.h"
 #include "mscomp/base/random.h"
 #include "polar.h"
 
@@ -128,6 +129,7 @@ FrameFacts FrameMeter::measure(const std::vector<Point>& shape, StretchHistogram
     facts.edges = edges_.compare(shape);
     const double size = std::max(radius_, rms_radius(shape));
     facts.offset = (as_vector(centroid_of(shape)) - as_vector(center_)).norm() / size;
+    facts.origin_distance = distance_from_origin(shape);
     facts.bend_agreement = correlation(reference_bends_, bends(shape));
     measure_gradients(shape, facts, histogram);
     return facts;

@@ -34,9 +34,10 @@ struct FrameFacts {
     std::array<std::uint64_t, 2> hash{};          // of the positions, bit by bit
     std::array<double, kInvariants> invariant{};  // blind to rigid motion; see frame_invariants
     EdgeStretch edges;
-    double offset = 0;          // of the centroid from the reference's, in the larger radius
-    double bend_agreement = 1;  // correlation of the bends across edges; -1 for a mirror image
-    bool finite = true;         // every deformation gradient is
+    double offset = 0;           // of the centroid from the reference's, in the larger radius
+    double origin_distance = 0;  // of the farthest vertex, in sizes: distance_from_origin
+    double bend_agreement = 1;   // correlation of the bends across edges; -1 for a mirror image
+    bool finite = true;          // every deformation gradient is
     Occurrences zero_area_faces, folded_rings, mirrored;
     double largest_stretch = 0;  // |S - I|, largest entry
     int largest_stretch_vertex = -1;

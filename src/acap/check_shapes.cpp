@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "check_findings.h"
+#include "float_range.h"
 
 namespace mscomp {
 namespace {
@@ -54,6 +55,7 @@ class ShapeFinder {
         find_faces_and_folds(findings);
         find_outlier(findings);
         find_far_away(findings);
+        find_far_from_origin(findings);
         find_sharp_turns(findings);
     }
 
@@ -269,6 +271,21 @@ class ShapeFinder {
         builder.finish(
             counted(builder.count(), "shape lies", "shapes lie") + " far from the reference",
             "Alignment, the default, takes care of it.", findings);
+    }
+
+    void find_far_from_origin(std::vector<Finding>& findings) const {
+        FindingBuilder builder(Severity::warning, "far_from_origin");
+        for_each([&](const CheckedFile& file) {
+            const double distance = file.facts.origin_distance;
+            if (distance > kFarFromOrigin) {
+                builder.add(place_in(file, fmt::format("{:.3g} times its size", distance)));
+            }
+        });
+        builder.finish(
+            counted(builder.count(), "shape lies", "shapes lie") + " very far from the origin",
+            "Positions are stored as float32, which keeps about seven digits, few of "
+            "them of the shape there. Move all meshes to the origin first.",
+            findings);
     }
 
     void find_sharp_turns(std::vector<Finding>& findings) const {

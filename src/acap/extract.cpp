@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "consistency.h"
 #include "deformation_gradient.h"
 #include "feature_format.h"
+#include "float_range.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "neighbor_starts.h"
@@ -20,6 +22,7 @@ namespace {
 
 struct ShapeOddities {
     Occurrences zero_area_faces, folded_rings, mirrored;
+    bool far_from_origin = false;
 };
 
 /// Tells the caller, one call at a time, how many of the shapes are done.
@@ -61,11 +64,12 @@ void check_faces(const ShapeSource& source, const std::vector<Point>& reference)
     }
 }
 
+/// Places count from 1, as in mesh files.
 void warn_of_reference(const DeformationGradients& gradients, std::vector<std::string>& warnings) {
     const auto warn = [&](const Occurrences& found, const char* what, const char* kind) {
         if (found.count == 0) return;
-        warnings.push_back(
-            fmt::format("reference: {} {} (first: {} {})", found.count, what, kind, found.first));
+        warnings.push_back(fmt::format("reference: {} {} (first: {} {})", found.count, what, kind,
+                                       found.first + 1));
     };
     warn(gradients.zero_area_faces(), "faces without area carry no weight", "face");
     warn(gradients.isolated_vertices(), "vertices without faces get the identity", "vertex");
@@ -75,7 +79,7 @@ void warn_of_reference(const DeformationGradients& gradients, std::vector<std::s
          "vertex");
 }
 
-/// One sentence for all shapes together: totals, and where it happened first.
+/// One sentence for all shapes together: totals, and where it happened first, from 1.
 void warn_of_shapes(const std::vector<ShapeOddities>& shapes, const FeatureSet& set,
                     Occurrences ShapeOddities::*member, const char* what, const char* kind,
                     std::vector<std::string>& warnings) {
@@ -90,7 +94,23 @@ void warn_of_shapes(const std::vector<ShapeOddities>& shapes, const FeatureSet& 
     const auto first = static_cast<std::size_t>(affected.first);
     warnings.push_back(fmt::format("{} {} in {} of {} shapes (first: {} {} of '{}')", total, what,
                                    affected.count, shapes.size(), kind,
-                                   (shapes[first].*member).first, set.names[first]));
+                                   (shapes[first].*member).first + 1, set.names[first]));
+}
+
+bool is_far_from_origin(const std::vector<Point>& shape) {
+    return distance_from_origin(shape) > kFarFromOrigin;
+}
+
+void warn_of_far_shapes(const std::vector<ShapeOddities>& shapes, const FeatureSet& set,
+                        std::vector<std::string>& warnings) {
+    const auto is_far = [](const ShapeOddities& shape) { return shape.far_from_origin; };
+    const auto first = std::ranges::find_if(shapes, is_far);
+    if (first == shapes.end()) return;
+    warnings.push_back(fmt::format(
+        "{} of {} shapes lie over {} times their size from the origin (first: '{}'); float32 keeps "
+        "few digits of such positions: move all meshes to the origin first",
+        std::ranges::count_if(shapes, is_far), shapes.size(), kFarFromOrigin,
+        set.names[static_cast<std::size_t>(first - shapes.begin())]));
 }
 
 /// The work on one set. Memory is what the shared part takes and one shape per thread, whatever N:
@@ -106,6 +126,7 @@ class Extraction {
           rows_(rows),
           progress_(progress),
           gradients_(set.reference, options.weights),
+          far_from_origin_(align_ && is_far_from_origin(set.reference.vertices)),
           oddities_(set.names.size()),
           summaries_(set.names.size()) {}
 
@@ -154,7 +175,8 @@ class Extraction {
         using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
         Eigen::Map<RowMajor>(set_.rotation[n].data()) = shape.motion.rotation;
         Eigen::Map<Eigen::Vector3d>(set_.translation[n].data()) = shape.motion.translation;
-        oddities_[n] = {shape.zero_area_faces, shape.folded_rings, shape.mirrored};
+        oddities_[n] = {shape.zero_area_faces, shape.folded_rings, shape.mirrored,
+                        far_from_origin_ || (!align_ && is_far_from_origin(input))};
         rows_.put_vertices(index, shape.vertices);
         rows_.put_features(index, shape.features);
         std::vector<double> squares;
@@ -195,6 +217,7 @@ class Extraction {
         warn_of_shapes(oddities_, set_, &ShapeOddities::mirrored,
                        "vertices are mirrored (det T < 0: S has a negative eigenvalue)", "vertex",
                        set_.warnings);
+        warn_of_far_shapes(oddities_, set_, set_.warnings);
     }
 
     const ShapeSource& source_;
@@ -203,6 +226,7 @@ class Extraction {
     FeatureRows& rows_;
     Progress& progress_;
     DeformationGradients gradients_;
+    bool far_from_origin_;                       // where all shapes are moved to
     std::vector<ShapeOddities> oddities_;        // (N)
     std::vector<ConsistencySummary> summaries_;  // (N)
 };
@@ -230,6 +254,9 @@ FeatureSet extract_features(const ShapeSource& source, const std::vector<Point>&
         check_size(source.names()[0], static_cast<std::size_t>(source.vertex_count()), reference);
     }
     check_faces(source, reference);
+    if (is_too_small_for_float(reference)) {
+        throw MeshError("the reference is too small for float32; scale all meshes up");
+    }
     FeatureSet set = feature_outline(source, reference, options);
     Progress steps(progress, source.shape_count());
     Extraction(source, options, set, rows, steps).run();

@@ -201,6 +201,18 @@ TEST(CheckScale, ARolledSheetHasNoOtherUnit) {
     EXPECT_EQ(count_of(check_pair(sheet, rolled), "other_scale"), 0);
 }
 
+TEST(CheckScale, FarFromTheOriginIsAWarning) {
+    const auto both_at = [](double x) {
+        const TriangleMesh mesh = mapped(bumpy_sphere(2), [x](const Vector3d& p) -> Vector3d {
+            return {p.x() + x, p.y(), p.z()};
+        });
+        return check_pair(mesh, mesh);
+    };
+    EXPECT_EQ(finding(both_at(1e4), "far_from_origin").severity, Severity::warning);
+    EXPECT_EQ(count_of(both_at(1e4), "far_from_origin"), 2);
+    EXPECT_EQ(count_of(both_at(1e3), "far_from_origin"), 0);  // about 500 diameters
+}
+
 TEST(CheckScale, FarAwayIsANote) {
     const auto away = [](double distance) {
         return mapped(bumpy_sphere(2), [=](const Vector3d& p) -> Vector3d {

@@ -133,6 +133,14 @@ TEST(Check, TakesAReferenceFromOutsideTheSet) {
     EXPECT_THROW(shapes.check(options), UsageError);
 }
 
+TEST(Check, NamesAReferenceThatIsTooSmallForFloat) {
+    const TriangleMesh tiny = mapped(bumpy_sphere(1), [](const Vector3d& p) { return 1e-40 * p; });
+    const CheckReport report = check_pair(tiny, tiny);
+    EXPECT_EQ(finding(report, "reference_too_small").severity, Severity::error);
+    EXPECT_EQ(count_of(report, "reference_too_small"), 1);
+    EXPECT_EQ(count_of(report, "reference_without_area"), 0);
+}
+
 TEST(Check, NeedsAReferenceWithArea) {
     TriangleMesh flat = shapes::grid(3, 3);
     for (Point& p : flat.vertices) p = {0, 0, 0};

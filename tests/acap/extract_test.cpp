@@ -20,6 +20,7 @@ namespace {
 
 using namespace cases;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 constexpr double kPi = std::numbers::pi;
 
@@ -122,6 +123,45 @@ TEST(Extract, MirroredShapeIsFiniteAndReported) {
     expect_finite(set);
     EXPECT_THAT(set.warnings, Contains(HasSubstr("mirrored")));
     EXPECT_THAT(set.warnings, Contains(HasSubstr("in 1 of 1 shapes")));
+}
+
+// Places count from 1, as in the files and in what `check` says.
+TEST(Extract, WarningsCountPlacesFromOne) {
+    TriangleMesh mesh = shapes::grid(4, 4);
+    mesh.vertices.push_back({9, 9, 9});  // the 17th
+    mesh.faces.push_back({0, 1, 0});     // the 19th
+    const FeatureSet set = extract_one(mesh, mesh);
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("identity (first: vertex 17)")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("weight (first: face 19)")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("(first: face 19 of ")));
+}
+
+// float32 has 24 bits: a thousand sizes away from the origin it has 14 left for the shape.
+TEST(Extract, WarnsWhereFloatKeepsFewDigits) {
+    const auto warnings_at = [](double place, double place_of_reference, bool align) {
+        const auto at_x = [](double x) {
+            return mapped(shapes::icosphere(2), [x](const Vector3d& p) -> Vector3d {
+                return {p.x() + x, p.y(), p.z()};
+            });
+        };
+        const ExtractOptions options{EdgeWeights::cotangent, align};
+        return extract_features(sequence_of({at_x(place)}), at_x(place_of_reference).vertices,
+                                options)
+            .warnings;
+    };
+    EXPECT_THAT(warnings_at(2100, 2100, true),
+                ElementsAre(HasSubstr("1 of 1 shapes lie over 1000")));
+    EXPECT_TRUE(warnings_at(1900, 1900, true).empty());
+    EXPECT_TRUE(warnings_at(2100, 0, true).empty());  // aligned, it is stored at the reference
+    EXPECT_THAT(warnings_at(2100, 0, false), ElementsAre(HasSubstr("origin")));
+}
+
+TEST(Extract, RefusesWhatIsTooSmallForFloat) {
+    const TriangleMesh tiny = mapped(bumpy_sphere(1), [](const Vector3d& p) { return 1e-40 * p; });
+    EXPECT_THAT(thrown_message<MeshError>([&] { extract_one(tiny, tiny); }),
+                HasSubstr("too small for float32"));
+    const TriangleMesh small = mapped(bumpy_sphere(1), [](const Vector3d& p) { return 1e-20 * p; });
+    EXPECT_TRUE(extract_one(small, small).warnings.empty());
 }
 
 TEST(Extract, PlainShapesGiveNoWarnings) {
