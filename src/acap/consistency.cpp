@@ -14,7 +14,11 @@ namespace {
 constexpr double kSameUnrest = 1e-4;
 // One turn changes an edge by up to (2π)² = 39; float vectors leave less than this over all edges.
 constexpr double kSmallestGain = 1e-6;
-constexpr std::int64_t kEffort = 2000000;  // of one search: at most about 0.2 s
+
+/// Copies of vertices that one search may look at.
+std::int64_t most_effort(const TurnProblem& problem) {
+    return 2000000 + 50 * static_cast<std::int64_t>(problem.vertex_count());
+}
 
 struct Candidate {
     TurnProblem::Turns turns;
@@ -28,8 +32,8 @@ class BestTurns {
         : problem_(problem), best_(std::move(start)) {}
 
     /// Searches from `start`; true if the best is proved to be least.
-    bool search_from(Candidate start, std::int64_t most_effort) {
-        const SearchResult result = search_turns(problem_, most_effort, start.turns);
+    bool search_from(Candidate start) {
+        const SearchResult result = search_turns(problem_, most_effort(problem_), start.turns);
         bound_ = std::max(bound_, start.energy + result.bound);
         start.energy += result.change;
         if (start.energy < best_.energy - kSmallestGain) best_ = std::move(start);
@@ -53,12 +57,12 @@ Candidate best_turns(const TurnProblem& problem, ConsistencySummary& summary) {
     propagated.energy = summary.propagation_energy = problem.energy(propagated.turns);
     if (propagated.energy < principal.energy) std::swap(principal, propagated);
     BestTurns best(problem, principal);
-    if (!best.search_from(principal, kEffort)) {
+    if (!best.search_from(principal)) {
         Candidate relaxed{relaxed_turns(problem), 0};
         relaxed.energy = summary.relaxation_energy = problem.energy(relaxed.turns);
         for (Candidate* start : {&propagated, &relaxed}) {
             start->energy += polish_vertices(problem, start->turns);
-            if (best.search_from(std::move(*start), kEffort)) break;
+            if (best.search_from(std::move(*start))) break;
         }
     }
     summary.lower_bound = best.bound();
@@ -67,6 +71,8 @@ Candidate best_turns(const TurnProblem& problem, ConsistencySummary& summary) {
 
 void settle_jumps(const TurnProblem& problem, Candidate& best, ConsistencySummary& summary) {
     const LargeJumps jumps = settle_jumps(problem, best.turns);
+    best.energy = std::min(best.energy, problem.energy(best.turns));
+    summary.lower_bound = std::min(summary.lower_bound, best.energy);
     summary.largest_jump = jumps.largest;
     summary.large_jumps = jumps.count;
     summary.inherent_jumps = jumps.inherent;
@@ -140,7 +146,7 @@ bool improve_consistency(const ConsistencyGraph& graph, const std::vector<Eigen:
         other.turns[i] = problem.nearest_turn(static_cast<int>(i), start[i]);
     }
     polish_vertices(problem, other.turns);
-    search_turns(problem, kEffort, other.turns);
+    search_turns(problem, most_effort(problem), other.turns);
     other.energy = problem.energy(other.turns);
     if (!(other.energy < before - kSmallestGain)) return false;
     settle_jumps(problem, other, summary);
