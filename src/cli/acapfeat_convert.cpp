@@ -19,6 +19,7 @@
 #include "mscomp/convert/array_files.h"
 #include "mscomp/convert/authors_text.h"
 #include "mscomp/convert/splocs_file.h"
+#include "number_of.h"
 
 namespace mscomp {
 namespace {
@@ -107,6 +108,17 @@ void write_meshes(const ShapeSource& shapes, const ConvertCommand& options, cons
     }
 }
 
+/// Extraction reads meshes only.
+std::string how_to_extract(const std::string& input) {
+    if (input_format(input) == FileFormat::meshes) {
+        return fmt::format("acapfeat extract {} -o FEATURES.safetensors", input);
+    }
+    return fmt::format(
+        "acapfeat convert {} MESHES --to obj, then acapfeat extract MESHES "
+        "-o FEATURES.safetensors",
+        input);
+}
+
 void write_shapes(const ShapeSource& shapes, const ConvertCommand& options, const Output& output,
                   Losses& losses) {
     Progress progress("convert", shapes.shape_count(), progress_options(options.common.quiet));
@@ -128,10 +140,8 @@ void write_shapes(const ShapeSource& shapes, const ConvertCommand& options, cons
             return write_splocs(options.output, shapes, done);
         case FileFormat::safetensors:
         case FileFormat::text:
-            throw UsageError(
-                fmt::format("{} has no features; make them with: acapfeat extract {} "
-                            "-o FEATURES.safetensors",
-                            options.input, options.input));
+            throw UsageError(options.input +
+                             " has no features; make them with: " + how_to_extract(options.input));
     }
 }
 
@@ -171,8 +181,8 @@ void print_summary(const ConvertCommand& options, const Contents& contents, cons
         fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
         return;
     }
-    fmt::print("{}: {} of {} shapes with {} vertices\n", options.output,
-               wrote_features ? "features" : "vertices", shapes, vertices);
+    fmt::print("{}: {} of {} with {}\n", options.output, wrote_features ? "features" : "vertices",
+               number_of_shapes(shapes), number_of_vertices(vertices));
     if (options.common.quiet) return;
     std::vector<std::string> notes = contents.notes;
     if (!losses.all().empty()) {

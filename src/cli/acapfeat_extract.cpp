@@ -21,6 +21,7 @@
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
 #include "mscomp/cli/progress.h"
+#include "number_of.h"
 
 namespace mscomp {
 namespace {
@@ -41,8 +42,8 @@ class AllButTheLast final : public ShapeSource {
     std::vector<std::string> names_;
 };
 
-std::optional<std::size_t> index_in(const std::string& text) {
-    std::size_t index = 0;
+std::optional<std::int64_t> index_in(const std::string& text) {
+    std::int64_t index = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
     return index;
@@ -71,10 +72,11 @@ FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& 
 
 FeatureSet extract(const ExtractCommand& options) {
     std::vector<std::string> paths = mesh_paths(options.inputs, options.list);
-    if (const std::optional<std::size_t> index = index_in(options.reference)) {
-        if (*index >= paths.size()) {
-            throw UsageError(fmt::format("--reference: got {}, but there are {} shapes, from 0 on",
-                                         *index, paths.size()));
+    if (const std::optional<std::int64_t> index = index_in(options.reference)) {
+        const auto count = static_cast<std::int64_t>(paths.size());
+        if (*index < 0 || *index >= count) {
+            throw UsageError(fmt::format("--reference: got {}, wanted 0 to {}, or a mesh file",
+                                         *index, count - 1));
         }
         const MeshFiles files(std::move(paths));
         return extract_to_file(files, files.shape(static_cast<int>(*index)), options);
@@ -105,12 +107,13 @@ void print_summary(const FeatureSet& set, const ExtractCommand& options) {
         fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
         return;
     }
-    fmt::print("{}: {} shapes, {} vertices, {} faces\n", options.output, set.shape_count(),
-               set.vertex_count(), set.reference.face_count());
+    fmt::print("{}: {}, {}, {}\n", options.output, number_of_shapes(set.shape_count()),
+               number_of_vertices(set.vertex_count()),
+               number_of(set.reference.face_count(), "face", "faces"));
     fmt::print(
-        "consistency energy {:.6g} in all, proved least for {} of {} shapes; largest jump across "
+        "consistency energy {:.6g} in all, proved least for {} of {}; largest jump across "
         "an edge {:.4g} rad\n",
-        energy, proved, set.shape_count(), jump);
+        energy, proved, number_of_shapes(set.shape_count()), jump);
     if (options.common.quiet) return;
     for (const std::string& warning : set.warnings) {
         fmt::print(stderr, "acapfeat: warning: {}\n", warning);

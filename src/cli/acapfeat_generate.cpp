@@ -3,12 +3,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <memory>
 
 #include "acapfeat_commands.h"
 #include "mscomp/acap/generate.h"
 #include "mscomp/base/error.h"
 #include "mscomp/cli/outputs.h"
+#include "number_of.h"
 
 namespace mscomp {
 namespace {
@@ -93,6 +95,24 @@ void refuse_foreign_options(const Generator& generator, const GenerateCommand& o
     }
 }
 
+/// The parser would take -1 for 2^64 - 1.
+std::string is_seed(const std::string& text) {
+    std::uint64_t seed = 0;
+    const char* end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, seed);
+    if (error == std::errc{} && at == end) return "";
+    return fmt::format("got {}, wanted a whole number from 0 to 2^64 - 1", text);
+}
+
+/// Of the float32 positions alone; while it is made the sequence takes a multiple.
+void refuse_absurd_size(int frames, int vertices) {
+    constexpr double kMost = 64e9;
+    const double bytes = 12.0 * frames * vertices;
+    if (bytes <= kMost) return;
+    throw UsageError(fmt::format("{} frames of {} vertices take {:.3g} GB, wanted at most {:.3g}",
+                                 frames, vertices, bytes / 1e9, kMost / 1e9));
+}
+
 }  // namespace
 
 void setup_generate(CLI::App& app) {
@@ -114,6 +134,7 @@ void setup_generate(CLI::App& app) {
         "--frames", options->frames,
         "Number of shapes, the undeformed one included [" + defaults_of(&Generator::frames) + "]");
     command->add_option("--seed", options->seed, "Which motion, or which noise")
+        ->check(is_seed)
         ->capture_default_str();
     command->add_option("--vertices", options->vertices,
                         "Vertices at least [" + defaults_of(&Generator::vertices) + "]");
@@ -136,13 +157,14 @@ void run_generate(const GenerateCommand& options) {
         throw UsageError(fmt::format("there is no generator named {}", options.name));
     }
     refuse_foreign_options(*generator, options);
+    const int frames = options.frames.value_or(generator->frames);
+    const int vertices = options.vertices.value_or(generator->vertices);
+    refuse_absurd_size(frames, vertices);
     require_free_folder(options.output, options.common.force);
-    const GeneratedSequence generated =
-        generator->make(options.frames.value_or(generator->frames),
-                        options.vertices.value_or(generator->vertices), options);
+    const GeneratedSequence generated = generator->make(frames, vertices, options);
     write_generated(generated, options.output);
-    fmt::print("{}: {} shapes of {} and what they are made of\n", options.output,
-               generated.sequence.shape_count(), options.name);
+    fmt::print("{}: {} of {} and what they are made of\n", options.output,
+               number_of_shapes(generated.sequence.shape_count()), options.name);
 }
 
 }  // namespace mscomp

@@ -14,6 +14,7 @@
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/parallel.h"
+#include "number_of.h"
 
 namespace mscomp {
 namespace {
@@ -84,7 +85,7 @@ Json to_json(const FeatureSet& set, const FeatureExtreme& extreme) {
 }
 
 std::string to_text(const FeatureSet& set, const FeatureExtreme& extreme) {
-    return fmt::format("{:.4g} ({} of shape {}, vertex {})", extreme.value,
+    return fmt::format("{:.4g} ({} of shape {}, vertex {} counted from 0)", extreme.value,
                        kChannelNames[static_cast<std::size_t>(extreme.channel)],
                        set.names[static_cast<std::size_t>(extreme.shape)], extreme.vertex);
 }
@@ -132,7 +133,8 @@ void print_energies(const FeatureSet& set) {
     print("  propagation", set.propagation_energy);
     print("gap to lower bound", set.consistency_gap);
     if (!set.consistency_gap.empty()) {
-        fmt::print("proved least        {} of {} shapes\n", proved_count(set), set.shape_count());
+        fmt::print("proved least        {} of {}\n", proved_count(set),
+                   number_of_shapes(set.shape_count()));
     }
     for (const int i : largest_jumps(set)) {
         const auto index = static_cast<std::size_t>(i);

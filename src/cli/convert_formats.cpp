@@ -51,6 +51,9 @@ FileFormat input_format(const std::string& path) {
     if (std::filesystem::is_directory(path)) return FileFormat::meshes;
     const std::optional<FileFormat> format = format_named(extension_of(path));
     if (!format || extension_of(path) == "text") {
+        if (!std::filesystem::exists(path)) {
+            throw UsageError(fmt::format("there is no file or folder '{}'", path));
+        }
         throw UsageError(
             fmt::format("{}: cannot tell the format; wanted a folder of meshes, {}", path, kKnown));
     }

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <sstream>
+#include <string_view>
 
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/atomic_file.h"
@@ -14,6 +15,9 @@
 namespace mscomp {
 namespace {
 
+// Some editors begin UTF-8 with it.
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
 std::vector<std::string> listed_inputs(const std::string& list) {
     const std::string folder = std::filesystem::path(list).parent_path().string();
     std::vector<std::string> paths;
@@ -21,7 +25,8 @@ std::vector<std::string> listed_inputs(const std::string& list) {
     std::string line;
     for (std::int64_t number = 1; std::getline(lines, line); ++number) {
         if (!line.empty() && line.back() == '\r') line.pop_back();
-        if (line.empty()) continue;
+        if (number == 1 && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
+        if (line.empty() || line.front() == '#') continue;
         paths.push_back(path_from(folder, line));
         if (!std::filesystem::exists(paths.back())) {
             throw IoError(paths.back(), fmt::format("no such file, named in {}:{}", list, number));

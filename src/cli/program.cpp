@@ -5,17 +5,22 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <new>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/cli/interrupt.h"
+#include "mscomp/cli/nearest_name.h"
 
 namespace mscomp {
 namespace {
@@ -26,10 +31,43 @@ int fail(const CLI::App& app, ExitCode code, const std::string& message) {
     return static_cast<int>(code);
 }
 
+/// The first word that is no option where a command was wanted, or "".
+std::string unknown_command(const CLI::App& app) {
+    const std::vector<std::string> words = app.remaining();
+    const auto found =
+        std::ranges::find_if(words, [](const std::string& word) { return !word.starts_with('-'); });
+    return found == words.end() ? "" : *found;
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+        names.push_back(command->get_name());
+    }
+    return names;
+}
+
+/// "", or what is wrong with `text`.
+std::string is_thread_count(const std::string& text) {
+    constexpr int kMost = 1024;
+    int count = 0;
+    const char* end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, count);
+    if (error == std::errc{} && at == end && 0 <= count && count <= kMost) return "";
+    return fmt::format("got {}, wanted 0 to {} (0: one per processor)", text, kMost);
+}
+
 int answer(const CLI::App& app, const CLI::ParseError& error) {
     // Help and version are answers, everything else is a mistake in the command line.
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
     const auto chosen = app.get_subcommands();
+    const std::string unknown = chosen.empty() ? unknown_command(app) : "";
+    if (!unknown.empty()) {
+        return fail(
+            app, ExitCode::usage,
+            fmt::format("there is no command '{}'; the nearest one is '{}'\nSee {} --help", unknown,
+                        nearest_name(unknown, command_names(app)), app.get_name()));
+    }
     const std::string command = chosen.empty() ? "" : " " + chosen.front()->get_name();
     return fail(app, ExitCode::usage,
                 fmt::format("{}\nSee {}{} --help", error.what(), app.get_name(), command));
@@ -100,7 +138,7 @@ void add_threads(CLI::App& command, CommonOptions& options) {
                 set_thread_count(count);
             },
             "Number of threads, 0 for one per processor; results do not depend on it")
-        ->check(CLI::NonNegativeNumber)
+        ->check(is_thread_count)
         ->default_str("0");
 }
 

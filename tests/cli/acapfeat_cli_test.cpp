@@ -111,11 +111,17 @@ TEST_F(Programs, HelpOfEveryCommandEndsWithAnExample) {
 TEST_F(Programs, AWrongCommandLineIsTwo) {
     write_file(path("a.obj"), kTetrahedron + kFaces);
     run_failing("acapfeat", 2);
-    run_failing("acapfeat play", 2);
+    EXPECT_THAT(run_failing("acapfeat exract a.obj -o f.safetensors", 2).err,
+                HasSubstr("there is no command 'exract'; the nearest one is 'extract'"));
     run_failing("acapfeat extract a.obj", 2);
     run_failing("acapfeat extract -o f.safetensors", 2);
     run_failing("acapfeat extract a.obj -o f.safetensors --weights heavy", 2);
-    run_failing("acapfeat extract a.obj -o f.safetensors --reference 1", 2);
+    for (const std::string index : {"1", "-1"}) {
+        for (const std::string command : {"extract a.obj -o f.safetensors", "check a.obj"}) {
+            EXPECT_THAT(run_failing("acapfeat " + command + " --reference " + index, 2).err,
+                        HasSubstr("got " + index + ", wanted 0 to 0"));
+        }
+    }
     run_failing("acapfeat extract nothing.obj -o f.safetensors", 2);
     run_failing("acapfeat generate leg -o leg", 2);
     EXPECT_THAT(run_failing("mscomp init pcaa", 2).err, HasSubstr("stacked-attention"));
@@ -234,7 +240,8 @@ TEST_F(RigidSequence, AReferenceFileServesLikeItsIndex) {
 }
 
 TEST_F(RigidSequence, AListKeepsItsOrder) {
-    write_file(path("in/list.txt"), "frame_10.obj\r\n\nframe_0.obj\n");
+    write_file(path("in/list.txt"),
+               "\xef\xbb\xbf# of today\nframe_10.obj\r\n\n#no.obj\nframe_0.obj\n");
     ASSERT_EQ(run("acapfeat extract --list in/list.txt -o f.safetensors").code, 0);
     EXPECT_THAT(read_features(path("f.safetensors")).names,
                 testing::ElementsAre("frame_10", "frame_0"));
@@ -266,6 +273,13 @@ TEST_F(RigidSequence, AFullDiskIsFourAndLeavesNothing) {
     EXPECT_EQ(WEXITSTATUS(status), 4);
     EXPECT_THAT(read_file(folder_ + "/err"), HasSubstr("f.safetensors: cannot write"));
     EXPECT_EQ(files(), before);
+}
+
+TEST_F(RigidSequence, OneShapeIsNotCalledShapes) {
+    const Outcome one = run("acapfeat extract in/frame_0.obj -o f.safetensors");
+    EXPECT_THAT(one.out, HasSubstr("f.safetensors: 1 shape, 162 vertices, 320 faces"));
+    EXPECT_THAT(one.out, HasSubstr("for 1 of 1 shape;"));
+    EXPECT_THAT(run("acapfeat info f.safetensors").out, HasSubstr("counted from 0)"));
 }
 
 TEST_F(RigidSequence, InfoReportsEveryEnergyOfEveryShape) {

@@ -188,6 +188,9 @@ TEST_F(Convert, PlainArraysHoldFeaturesOrVertices) {
 TEST_F(Convert, FeaturesOfMeshesAreTheWorkOfExtract) {
     EXPECT_THAT(refusal("in f.safetensors", 2), HasSubstr("acapfeat extract in -o"));
     EXPECT_THAT(refusal("in LOGRNEW.txt", 2), HasSubstr("acapfeat extract in -o"));
+    convert("in s.npz");
+    EXPECT_THAT(refusal("s.npz f.safetensors", 2),
+                HasSubstr("acapfeat convert s.npz MESHES --to obj, then acapfeat extract MESHES"));
 }
 
 TEST_F(Convert, ExistingOutputStaysUnlessForced) {
@@ -204,7 +207,9 @@ TEST_F(Convert, ExistingOutputStaysUnlessForced) {
 
 TEST_F(Convert, ACommandLineThatCannotBeMeantIsTwo) {
     EXPECT_THAT(refusal("in out.stl", 2), HasSubstr("cannot tell the format"));
+    write_file(path("notes.doc"), "");
     EXPECT_THAT(refusal("notes.doc out", 2), HasSubstr("cannot tell the format"));
+    EXPECT_THAT(refusal("nowhere out", 2), HasSubstr("there is no file or folder 'nowhere'"));
     EXPECT_THAT(refusal("in one.ply", 2), HasSubstr("holds 3 shapes, one.ply would hold one"));
     EXPECT_THAT(refusal("in s.npz --reference in/frame_0.obj", 2), HasSubstr("of its own"));
     refusal("in out --to stl", 2);

@@ -102,7 +102,8 @@ TEST_F(Generate, NamesItsGenerators) {
 
 TEST_F(Generate, RefusesImpossibleSizes) {
     for (const std::string arguments :
-         {"cloth --frames 1", "face --vertices 99", "twist --turns 30", "twist --noise -1"}) {
+         {"cloth --frames 1", "face --vertices 99", "twist --turns 30", "twist --noise -1",
+          "arm --seed -1", "arm --frames 2000000000"}) {
         const Outcome outcome = run(arguments + " -o nothing");
         EXPECT_EQ(outcome.code, 2) << arguments;
         EXPECT_THAT(outcome.err, HasSubstr("wanted")) << arguments;

@@ -99,9 +99,14 @@ TEST(Program, AWrongCommandLineIsTwoAndNamesTheHelp) {
     EXPECT_THAT(unknown.err, HasSubstr("--loud"));
     EXPECT_THAT(unknown.err, HasSubstr("See acapfeat work --help"));
     EXPECT_EQ(run([] { FAIL(); }, {}).code, 2);
-    EXPECT_EQ(run([] { FAIL(); }, {"play"}).code, 2);
-    EXPECT_EQ(run([] { FAIL(); }, {"work", "--threads", "-1"}).code, 2);
-    EXPECT_EQ(run([] { FAIL(); }, {"work", "--threads", "two"}).code, 2);
+    const Outcome misspelt = run([] { FAIL(); }, {"wrok"});
+    EXPECT_EQ(misspelt.code, 2);
+    EXPECT_THAT(misspelt.err, HasSubstr("no command 'wrok'; the nearest one is 'work'"));
+    for (const char* count : {"-1", "two", "1025", "3x", ""}) {
+        const Outcome wrong = run([] { FAIL(); }, {"work", "--threads", count});
+        EXPECT_EQ(wrong.code, 2);
+        EXPECT_THAT(wrong.err, HasSubstr("wanted 0 to 1024"));
+    }
 }
 
 TEST(Program, ThreadsAreSetBeforeTheCommandRuns) {
