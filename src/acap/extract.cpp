@@ -205,6 +205,9 @@ class Extraction {
             set_.consistency_energy[n] = summary.energy;
             set_.consistency_gap[n] = summary.energy - summary.lower_bound;
             set_.largest_jump[n] = summary.largest_jump;
+            set_.large_jumps[n] = summary.large_jumps;
+            set_.inherent_jumps[n] = summary.inherent_jumps;
+            set_.removable_jumps[n] = summary.removable_jumps;
         }
     }
 

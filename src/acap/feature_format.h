@@ -23,13 +23,16 @@ struct PerShapeNumber {
     std::vector<double> FeatureSet::*member;
     bool may_be_nan = false;
 };
-inline constexpr std::array<PerShapeNumber, 6> kPerShapeNumbers{
+inline constexpr std::array<PerShapeNumber, 9> kPerShapeNumbers{
     {{"principal_energy", &FeatureSet::principal_energy},
      {"propagation_energy", &FeatureSet::propagation_energy},
      {"relaxation_energy", &FeatureSet::relaxation_energy, true},
      {"consistency_energy", &FeatureSet::consistency_energy},
      {"consistency_gap", &FeatureSet::consistency_gap},
-     {"largest_jump", &FeatureSet::largest_jump}}};
+     {"largest_jump", &FeatureSet::largest_jump},
+     {"large_jumps", &FeatureSet::large_jumps},
+     {"inherent_jumps", &FeatureSet::inherent_jumps},
+     {"removable_jumps", &FeatureSet::removable_jumps}}};
 
 /// "[2, 17, 4] is nan" for the first value of a tensor of this shape that is not finite (or, with
 /// `may_be_nan`, infinite); `bytes`, aligned or not, are its elements from number `first` on.

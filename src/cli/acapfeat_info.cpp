@@ -120,6 +120,9 @@ void print_json(const FeatureFile& file) {
     info["consistency_gap"] = set.consistency_gap;
     info["proved"] = proved_count(set);
     info["largest_jump"] = set.largest_jump;
+    info["large_jumps"] = set.large_jumps;
+    info["inherent_jumps"] = set.inherent_jumps;
+    info["removable_jumps"] = set.removable_jumps;
     info["warnings"] = set.warnings;
     fmt::print("{}\n", info.dump(2, ' ', false, Json::error_handler_t::replace));
 }
@@ -143,6 +146,16 @@ void print_energies(const FeatureSet& set) {
     }
 }
 
+void print_jumps(const FeatureSet& set) {
+    if (set.large_jumps.empty() || set.inherent_jumps.empty() || set.removable_jumps.empty()) {
+        return;
+    }
+    fmt::print(
+        "jumps above pi      {} edges of all shapes; {} whatever the turns, {} perhaps "
+        "removable\n",
+        total_of(set.large_jumps), total_of(set.inherent_jumps), total_of(set.removable_jumps));
+}
+
 void print_text(const FeatureFile& file) {
     const FeatureSet& set = file.outline();
     fmt::print("file                {}\n", file.path());
@@ -156,6 +169,7 @@ void print_text(const FeatureFile& file) {
     fmt::print("S                   from {}\n", to_text(set, extremes.lowest_stretch));
     fmt::print("                    to {}\n", to_text(set, extremes.highest_stretch));
     print_energies(set);
+    print_jumps(set);
     fmt::print("warnings            {}\n", set.warnings.empty() ? "none" : "");
     for (const std::string& warning : set.warnings) fmt::print("  {}\n", warning);
 }

@@ -21,6 +21,9 @@ inline constexpr std::array kPerShapeArrays{
     PerShapeArray{"relaxation_energy", &FeatureSet::relaxation_energy, true},
     PerShapeArray{"consistency_energy", &FeatureSet::consistency_energy},
     PerShapeArray{"consistency_gap", &FeatureSet::consistency_gap},
-    PerShapeArray{"largest_jump", &FeatureSet::largest_jump}};
+    PerShapeArray{"largest_jump", &FeatureSet::largest_jump},
+    PerShapeArray{"large_jumps", &FeatureSet::large_jumps},
+    PerShapeArray{"inherent_jumps", &FeatureSet::inherent_jumps},
+    PerShapeArray{"removable_jumps", &FeatureSet::removable_jumps}};
 
 }  // namespace mscomp

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <cstring>
 #include <mutex>
+#include <numbers>
+#include <set>
+#include <utility>
 
 #include "acap_cases.h"
 #include "base/temporary_folder.h"
@@ -254,6 +257,9 @@ void expect_same_bits(const FeatureSet& got, const FeatureSet& wanted) {
     EXPECT_EQ(got.consistency_energy, wanted.consistency_energy);
     EXPECT_EQ(got.consistency_gap, wanted.consistency_gap);
     EXPECT_EQ(got.largest_jump, wanted.largest_jump);
+    EXPECT_EQ(got.large_jumps, wanted.large_jumps);
+    EXPECT_EQ(got.inherent_jumps, wanted.inherent_jumps);
+    EXPECT_EQ(got.removable_jumps, wanted.removable_jumps);
     EXPECT_EQ(got.warnings, wanted.warnings);
 }
 
@@ -287,6 +293,26 @@ TEST(Extract, EnergiesAreInOrder) {
         EXPECT_TRUE(energy <= set.propagation_energy[n] + rounding) << n;
         EXPECT_FALSE(energy > set.relaxation_energy[n] + rounding) << n;
         EXPECT_TRUE(set.consistency_gap[n] >= -rounding) << n;
+    }
+}
+
+// Counted again from the features, edge by edge.
+TEST(Extract, LargeJumpsAreTheEdgesAbovePi) {
+    const std::vector<TriangleMesh> shapes = turning_shapes(9);
+    const FeatureSet set = extract_features(sequence_of(shapes), shapes[0].vertices);
+    std::set<std::pair<int, int>> edges;
+    for (const Face& face : set.reference.faces) {
+        for (std::size_t k = 0; k < 3; ++k) edges.insert(std::minmax({face[k], face[(k + 1) % 3]}));
+    }
+    for (int n = 0; n < set.shape_count(); ++n) {
+        int large = 0;
+        for (const auto& [i, j] : edges) {
+            const Vector3d difference = rotation_vector(set, i, n) - rotation_vector(set, j, n);
+            large += difference.norm() > std::numbers::pi ? 1 : 0;
+        }
+        EXPECT_EQ(set.large_jumps[at(n)], large) << n;
+        EXPECT_TRUE(0 <= set.inherent_jumps[at(n)] && set.inherent_jumps[at(n)] <= large) << n;
+        EXPECT_TRUE(0 <= set.removable_jumps[at(n)] && set.removable_jumps[at(n)] <= large) << n;
     }
 }
 

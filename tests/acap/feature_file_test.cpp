@@ -42,6 +42,9 @@ FeatureSet sample() {
     set.consistency_energy = {0, 19.75};
     set.consistency_gap = {0, 0.5};
     set.largest_jump = {0, 0.6};
+    set.large_jumps = {0, 7};
+    set.inherent_jumps = {0, 4};
+    set.removable_jumps = {0, 1};
     set.warnings = {"2 vertices are in no face", "another"};
     return set;
 }
@@ -62,6 +65,9 @@ void expect_equal(const FeatureSet& got, const FeatureSet& expected) {
     EXPECT_EQ(got.consistency_energy, expected.consistency_energy);
     EXPECT_EQ(got.consistency_gap, expected.consistency_gap);
     EXPECT_EQ(got.largest_jump, expected.largest_jump);
+    EXPECT_EQ(got.large_jumps, expected.large_jumps);
+    EXPECT_EQ(got.inherent_jumps, expected.inherent_jumps);
+    EXPECT_EQ(got.removable_jumps, expected.removable_jumps);
     EXPECT_EQ(got.warnings, expected.warnings);
 }
 
@@ -86,8 +92,9 @@ TEST(FeatureFile, HoldsTheDocumentedTensors) {
     EXPECT_EQ(kind("faces"), std::pair(DataType::i32, Shape({2, 3})));
     EXPECT_EQ(kind("rotation"), std::pair(DataType::f64, Shape({2, 3, 3})));
     EXPECT_EQ(kind("translation"), std::pair(DataType::f64, Shape({2, 3})));
-    for (const char* name : {"principal_energy", "propagation_energy", "relaxation_energy",
-                             "consistency_energy", "consistency_gap", "largest_jump"}) {
+    for (const char* name :
+         {"principal_energy", "propagation_energy", "relaxation_energy", "consistency_energy",
+          "consistency_gap", "largest_jump", "large_jumps", "inherent_jumps", "removable_jumps"}) {
         EXPECT_EQ(kind(name), std::pair(DataType::f64, Shape({2}))) << name;
     }
     EXPECT_EQ(file.metadata().at("format_version"), "1");
@@ -156,6 +163,9 @@ TEST(FeatureFile, OfAnotherProgramIsReadWithDefaultsForWhatItLacks) {
     expected.consistency_energy.clear();
     expected.consistency_gap.clear();
     expected.largest_jump.clear();
+    expected.large_jumps.clear();
+    expected.inherent_jumps.clear();
+    expected.removable_jumps.clear();
     expected.warnings.clear();
     ForeignFile file;
     expect_equal(read_features(folder.put("f", file.bytes())), expected);

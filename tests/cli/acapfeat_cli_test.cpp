@@ -285,8 +285,9 @@ TEST_F(RigidSequence, OneShapeIsNotCalledShapes) {
 TEST_F(RigidSequence, InfoReportsEveryEnergyOfEveryShape) {
     ASSERT_EQ(run("acapfeat extract in -o f.safetensors").code, 0);
     const auto info = nlohmann::json::parse(run("acapfeat info f.safetensors --json").out);
-    for (const char* key : {"principal_energy", "propagation_energy", "relaxation_energy",
-                            "consistency_energy", "consistency_gap", "largest_jump"}) {
+    for (const char* key :
+         {"principal_energy", "propagation_energy", "relaxation_energy", "consistency_energy",
+          "consistency_gap", "largest_jump", "large_jumps", "inherent_jumps", "removable_jumps"}) {
         EXPECT_EQ(info[key].size(), 3u) << key;
     }
     // A rigid motion has the same rotation everywhere: least without any search.

@@ -47,6 +47,9 @@ inline FeatureSet full_set() {
     set.consistency_energy = {0, 19.75};
     set.consistency_gap = {0, 0.5};
     set.largest_jump = {0, 0.6};
+    set.large_jumps = {0, 7};
+    set.inherent_jumps = {0, 4};
+    set.removable_jumps = {0, 1};
     set.warnings = {"2 vertices are in no face", "another"};
     return set;
 }
@@ -72,6 +75,9 @@ inline void expect_same(const FeatureSet& got, const FeatureSet& wanted) {
     EXPECT_TRUE(same_bits(got.consistency_energy, wanted.consistency_energy));
     EXPECT_TRUE(same_bits(got.consistency_gap, wanted.consistency_gap));
     EXPECT_TRUE(same_bits(got.largest_jump, wanted.largest_jump));
+    EXPECT_TRUE(same_bits(got.large_jumps, wanted.large_jumps));
+    EXPECT_TRUE(same_bits(got.inherent_jumps, wanted.inherent_jumps));
+    EXPECT_TRUE(same_bits(got.removable_jumps, wanted.removable_jumps));
     EXPECT_EQ(got.warnings, wanted.warnings);
 }
 

@@ -15,9 +15,10 @@ namespace mscomp {
 /// A feature file being written, its rows in any order, so that a set larger than memory can be:
 /// features [N,V,9] f32, vertices [N,V,3] f32, reference [V,3] f64, faces [F,3] i32, rotation
 /// [N,3,3] f64, translation [N,3] f64, and where the set has them principal_energy,
-/// propagation_energy, relaxation_energy, consistency_energy, consistency_gap, largest_jump [N]
-/// f64; metadata: format_version, weights, layout, source, and names and warnings as JSON lists of
-/// strings. Without finish() nothing is left behind.
+/// propagation_energy, relaxation_energy, consistency_energy, consistency_gap, largest_jump,
+/// large_jumps, inherent_jumps, removable_jumps [N] f64; metadata: format_version, weights, layout,
+/// source, and names and warnings as JSON lists of strings. Without finish() nothing is left
+/// behind.
 class FeatureFileWriter final : public FeatureRows {
   public:
     /// `outline` (borrowed here only) has names, reference and weights, and arrays of N numbers for

@@ -34,6 +34,9 @@ struct FeatureSet {
     std::vector<double> consistency_energy;  // of the result, never above these
     std::vector<double> consistency_gap;     // energy minus a proved lower bound
     std::vector<double> largest_jump;        // across an edge, radians
+    std::vector<double> large_jumps;         // edges with more than π
+    std::vector<double> inherent_jumps;      // of these: whatever the turns of the two ends are
+    std::vector<double> removable_jumps;     // of these: not shown to be the price of the energy
     std::vector<std::string> warnings;       // what extraction had to say
 
     int shape_count() const { return static_cast<int>(names.size()); }
