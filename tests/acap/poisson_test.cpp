@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/acap/reconstruct.h"
-
 #include <gtest/gtest.h>
 
 #include "acap_cases.h"
+#include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
