@@ -75,8 +75,9 @@ Bar bar_with_vertices(int vertices, double thickness) {
     bar.radius = thickness * bar.spacing;
     for (int i = 0; i < bar.rings * kAround; ++i) {
         const double angle = bar.angle_of(i);
-        bar.mesh.vertices.push_back({bar.radius * std::cos(angle), bar.radius * std::sin(angle),
-                                     bar.spacing * (i / kAround)});
+        const int ring = i / kAround;
+        bar.mesh.vertices.push_back(
+            {bar.radius * std::cos(angle), bar.radius * std::sin(angle), bar.spacing * ring});
     }
     bar.mesh.vertices.push_back({0, 0, 0});
     bar.mesh.vertices.push_back({0, 0, kLength});

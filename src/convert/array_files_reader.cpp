@@ -182,7 +182,7 @@ class NpzReader {
         const OwnedArray found = load("weights");
         // Some functions of numpy make a list of one out of a single entry.
         if (!found.array.shape.empty()) require_shape(found.array.shape, {1}, found.array.path);
-        const std::string name = found.array.texts().front();
+        std::string name = found.array.texts().front();
         for (const EdgeWeights known :
              {EdgeWeights::cotangent, EdgeWeights::authors, EdgeWeights::uniform}) {
             if (name == to_string(known)) return name;
