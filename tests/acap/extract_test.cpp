@@ -296,9 +296,17 @@ TEST(Extract, EnergiesAreInOrder) {
     }
 }
 
-// Counted again from the features, edge by edge.
+// Counted again from the features, edge by edge, on shapes of which one is scrambled: there axes of
+// neighbours have nothing to do with each other, and no turns keep them together.
 TEST(Extract, LargeJumpsAreTheEdgesAbovePi) {
-    const std::vector<TriangleMesh> shapes = turning_shapes(9);
+    std::vector<TriangleMesh> shapes = turning_shapes(3);
+    TriangleMesh scrambled = shapes[0];
+    const CounterRandom random(5, 0);
+    std::uint64_t draw = 0;
+    for (Point& p : scrambled.vertices) {
+        for (double& x : p) x = random.normal(draw++);
+    }
+    shapes.push_back(scrambled);
     const FeatureSet set = extract_features(sequence_of(shapes), shapes[0].vertices);
     std::set<std::pair<int, int>> edges;
     for (const Face& face : set.reference.faces) {
@@ -314,6 +322,7 @@ TEST(Extract, LargeJumpsAreTheEdgesAbovePi) {
         EXPECT_TRUE(0 <= set.inherent_jumps[at(n)] && set.inherent_jumps[at(n)] <= large) << n;
         EXPECT_TRUE(0 <= set.removable_jumps[at(n)] && set.removable_jumps[at(n)] <= large) << n;
     }
+    EXPECT_GT(set.large_jumps.back(), 0);
 }
 
 /// Shapes of which one cannot be read.
