@@ -1,87 +1,186 @@
 // SPDX-License-Identifier: MIT
-// One training step (forward, backward, Adam, proximal step) of the default model, in milliseconds.
+// One training step of the stacked model: zero gradients, forward, backward, Adam, proximal step;
+// in milliseconds, with the peak memory of the whole case.
+//
+//   step_bench                                         2,000 to 50,000 vertices
+//   step_bench --large                                 also 200,000 and 1,000,000
+//   step_bench --benchmark_filter='vertices:12500/shapes:36/threads:2'
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <numbers>
 #include <numeric>
+#include <string_view>
 #include <vector>
 
+#include "banded_sphere.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/base/random.h"
 #include "mscomp/nn/optimizer.h"
 #include "mscomp/nn/stacked_model.h"
 #include "mscomp/nn/start.h"
-#include "shapes.h"
+#include "peak_memory.h"
 
 namespace mscomp::nn {
 namespace {
 
-/// Great-circle distances on the unit sphere, divided by pi.
-class SphereDistances final : public DistanceRows {
-  public:
-    explicit SphereDistances(std::vector<Point> points)
-        : points_(std::move(points)), rows_(points_.size()) {}
-    int vertex_count() const override { return static_cast<int>(points_.size()); }
-    std::span<const double> row(int vertex) override {
-        std::vector<double>& row = rows_[static_cast<std::size_t>(vertex)];
-        if (row.empty()) {
-            const Point& p = points_[static_cast<std::size_t>(vertex)];
-            for (const Point& q : points_) {
-                const double cosine = p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-                row.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) / std::numbers::pi);
-            }
-        }
-        return row;
-    }
+using Clock = std::chrono::steady_clock;
 
-  private:
-    std::vector<Point> points_;
-    std::vector<std::vector<double>> rows_;
+double milliseconds(Clock::time_point from, Clock::time_point to) {
+    return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+/// What is timed, one name per choice.
+struct Case {
+    std::string_view model;  // default; pytorch: all that the PyTorch step computes, see docs
+    std::string_view start;  // deflation: what users get; random: no zeros anywhere
+    int vertices, shapes, threads;
 };
 
-/// Arguments: subdivisions of the icosphere, shapes, threads.
-void step_of_the_default_model(benchmark::State& state) {
-    const TriangleMesh mesh = shapes::icosphere(static_cast<int>(state.range(0)));
-    const int shape_count = static_cast<int>(state.range(1));
-    set_thread_count(static_cast<int>(state.range(2)));
-    SphereDistances distances(mesh.vertices);
-    StackedModel<float>::Options options;
-    options.batch = shape_count;
-    StackedModel<float> model({}, {}, one_rings_of_faces(mesh.vertex_count(), mesh.faces),
-                              distances, options);
-    start_random(model, 1);
+/// The model of the PyTorch step: tanh of codes and of decoded features, decoders with matrices of
+/// their own, masks as in the paper, sparsity by its subgradient.
+ModelConfig model_of(const Case& what) {
+    ModelConfig config;
+    if (what.model == "default") return config;
+    config.latent_activation = config.decoder_fc_activation = Activation::tanh;
+    config.tied = Tied::none;
+    config.mask_power = 1;
+    for (LevelConfig& level : config.levels) level.max_support = 1;
+    return config;
+}
+
+/// Random features (N,V,9) within +-0.95; shape 0 is the reference, which is zero.
+std::vector<float> random_features(const Case& what) {
     const CounterRandom random(1, 1);
-    std::vector<float> features(static_cast<std::size_t>(shape_count * mesh.vertex_count() * 9));
-    for (std::size_t i = 0; i < features.size(); ++i) {
+    const std::size_t row = static_cast<std::size_t>(what.vertices) * 9;
+    std::vector<float> features(row * static_cast<std::size_t>(what.shapes));
+    for (std::size_t i = row; i < features.size(); ++i) {
         features[i] = static_cast<float>(1.9 * random.uniform(i) - 0.95);
     }
-    std::vector<int> which(static_cast<std::size_t>(shape_count));
+    return features;
+}
+
+/// Times of the parts of every step, in milliseconds.
+struct StepTimes {
+    std::vector<double> whole, forward, backward, update;
+};
+
+/// One step; false where the loss is not finite.
+bool step(StackedModel<float>& model, bool proximal, std::int64_t number, StepTimes& times) {
+    const auto begin = Clock::now();
+    model.parameters().zero_grad();
+    const float loss = model.forward();
+    const auto forward = Clock::now();
+    model.backward();
+    const auto backward = Clock::now();
+    adam_step(model.parameters(), 1e-3, number);
+    if (proximal) proximal_step(model, 1000, 1e-3, number);
+    const auto end = Clock::now();
+    times.forward.push_back(milliseconds(begin, forward));
+    times.backward.push_back(milliseconds(forward, backward));
+    times.update.push_back(milliseconds(backward, end));
+    times.whole.push_back(milliseconds(begin, end));
+    return std::isfinite(loss);
+}
+
+void stacked_step(benchmark::State& state, const Case& what) {
+    constexpr std::int64_t kWarmUp = 2;
+    forget_peak_memory();
+    set_thread_count(what.threads);
+    TriangleMesh mesh = banded_sphere(what.vertices);
+    if (mesh.face_count() != 2 * what.vertices - 4) {
+        state.SkipWithError("the sphere is not closed");
+        return;
+    }
+    SphereRows distances(mesh.vertices);
+    StackedModel<float>::Options options;
+    options.batch = what.shapes;
+    options.sparsity_gradient = what.model == "pytorch";
+    StackedModel<float> model(model_of(what), {}, one_rings_of_faces(what.vertices, mesh.faces),
+                              distances, options);
+    const std::vector<float> features = random_features(what);
+    std::vector<int> which(static_cast<std::size_t>(what.shapes));
     std::iota(which.begin(), which.end(), 0);
+    const auto start_begin = Clock::now();
+    if (what.start == "random") {
+        start_random(model, 1);
+    } else {
+        start_deflation(model, features, which);
+    }
+    state.counters["start_ms"] = milliseconds(start_begin, Clock::now());
     model.load_batch(std::span<const float>(features), std::span<const int>(which));
-    std::int64_t step = 0;
+    StepTimes times;
+    std::int64_t number = 0;
+    bool finite = true;
+    while (number < kWarmUp && finite) {
+        finite = step(model, !options.sparsity_gradient, ++number, times);
+    }
+    times = {};
     for (auto _ : state) {
-        const float loss = model.forward();
-        if (!std::isfinite(loss)) {
+        finite = finite && step(model, !options.sparsity_gradient, ++number, times);
+        if (!finite) {
             state.SkipWithError("the loss is not finite");
             break;
         }
-        model.parameters().zero_grad();
-        model.backward();
-        adam_step(model.parameters(), 1e-3, ++step);
-        proximal_step(model, 1000, 1e-3, step);
+        state.SetIterationTime(times.whole.back() / 1000);
     }
     set_thread_count(0);
-    state.counters["vertices"] = mesh.vertex_count();
+    if (!finite) return;
+    state.counters["median_ms"] = median(times.whole);
+    state.counters["min_ms"] = *std::min_element(times.whole.begin(), times.whole.end());
+    state.counters["forward_ms"] = median(times.forward);
+    state.counters["backward_ms"] = median(times.backward);
+    state.counters["update_ms"] = median(times.update);
+    state.counters["peak_mib"] = peak_memory_mib();
 }
 
-BENCHMARK(step_of_the_default_model)
-    ->ArgNames({"subdivisions", "shapes", "threads"})
-    ->ArgsProduct({{4, 5}, {5, 36}, {1, 2}})
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+void add(const Case& what) {
+    const std::string name =
+        fmt::format("stacked_step/model:{}/start:{}/vertices:{}/shapes:{}/threads:{}", what.model,
+                    what.start, what.vertices, what.shapes, what.threads);
+    const double size = static_cast<double>(what.vertices) * what.shapes;
+    benchmark::RegisterBenchmark(name.c_str(),
+                                 [what](benchmark::State& state) { stacked_step(state, what); })
+        ->UseManualTime()
+        ->Unit(benchmark::kMillisecond)
+        ->Iterations(size < 1e6   ? 15
+                     : size < 4e6 ? 7
+                                  : 3);
+}
+
+void add_all(bool large) {
+    for (const auto& [model, start] :
+         {std::pair{"default", "deflation"}, {"default", "random"}, {"pytorch", "random"}}) {
+        for (const int vertices : {2000, 5023, 12500, 50000, 200000, 1000000}) {
+            if (vertices > 50000 && !large) continue;
+            for (const int shapes : {20, 36, 72, 144, 256}) {
+                for (const int threads : {1, 2}) {
+                    add({model, start, vertices, shapes, threads});
+                }
+            }
+        }
+    }
+}
 
 }  // namespace
 }  // namespace mscomp::nn
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+    const auto is_large = [](const char* argument) {
+        return std::string_view(argument) == "--large";
+    };
+    char** const end = std::remove_if(argv + 1, argv + argc, is_large);
+    int count = static_cast<int>(end - argv);
+    mscomp::nn::add_all(count < argc);
+    benchmark::Initialize(&count, argv);
+    if (benchmark::ReportUnrecognizedArguments(count, argv)) return 2;
+    benchmark::RunSpecifiedBenchmarks();
+    benchmark::Shutdown();
+    return 0;
+}
