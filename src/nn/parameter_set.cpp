@@ -20,7 +20,7 @@ int ParameterSet<T>::add(std::string name, Extents extents) {
     entries_.push_back({std::move(name), std::move(extents), offset, count});
     const auto size =
         static_cast<std::size_t>(offset + (count + kCacheLine - 1) / kCacheLine * kCacheLine);
-    for (auto* all : {&values_, &grads_, &moments1_, &moments2_}) all->resize(size, T{0});
+    for (auto* all : {&values_, &grads_, &moments1_, &moments2_}) all->grow(size);
     return static_cast<int>(entries_.size()) - 1;
 }
 

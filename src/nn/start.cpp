@@ -268,7 +268,7 @@ template <class T>
 void start_deflation(StackedModel<T>& model, std::span<const float> features,
                      std::span<const int> shapes) {
     ParameterSet<T>& parameters = model.parameters();
-    std::ranges::fill(parameters.all_values(), T{0});
+    parameters.reset_values();
     for (const auto& level : model.levels()) {
         set_identity(parameters.value(level.w_own));
         set_identity(parameters.value(level.decoder_w_own));

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "mscomp/nn/aligned.h"
+#include "mscomp/nn/zeroed_array.h"
 
 namespace mscomp::nn {
 
@@ -15,7 +15,8 @@ using Extents = std::vector<std::int64_t>;
 std::int64_t element_count(const Extents& extents);
 
 /// All parameters of a model, their gradients and Adam's two moments: one allocation each, so that
-/// saving, zeroing and updating are loops. Entries are named and start on cache lines.
+/// saving, zeroing and updating are loops. Entries are named and start on cache lines. What is
+/// never written to takes up no memory.
 template <class T>
 class ParameterSet {
   public:
@@ -46,6 +47,8 @@ class ParameterSet {
     std::span<T> all_moments1() { return moments1_; }
     std::span<T> all_moments2() { return moments2_; }
     void zero_grad();
+    /// All values zero, as before their first use. Spans stay valid.
+    void reset_values() { values_.reset(); }
 
   private:
     template <class Vector>
@@ -56,7 +59,7 @@ class ParameterSet {
     }
 
     std::vector<Entry> entries_;
-    AlignedVector<T> values_, grads_, moments1_, moments2_;
+    ZeroedArray<T> values_, grads_, moments1_, moments2_;
 };
 
 }  // namespace mscomp::nn

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/zeroed_array.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <limits>
+#include <new>
+
+namespace mscomp::nn {
+namespace {
+
+std::size_t whole_pages(std::size_t bytes) {
+    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    if (bytes > std::numeric_limits<std::size_t>::max() - page) throw std::bad_alloc();
+    return (bytes + page - 1) / page * page;
+}
+
+}  // namespace
+
+ZeroPages::~ZeroPages() {
+    if (start_ != nullptr) ::munmap(start_, bytes_);
+}
+
+void ZeroPages::grow(std::size_t bytes) {
+    const std::size_t wanted = whole_pages(bytes);
+    if (wanted <= bytes_) return;
+    // Moved, not copied: to copy a page would be to use it.
+    void* made = start_ == nullptr ? ::mmap(nullptr, wanted, PROT_READ | PROT_WRITE,
+                                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)
+                                   : ::mremap(start_, bytes_, wanted, MREMAP_MAYMOVE);
+    if (made == MAP_FAILED) throw std::bad_alloc();
+    start_ = made;
+    bytes_ = wanted;
+}
+
+void ZeroPages::reset() {
+    if (start_ != nullptr && ::madvise(start_, bytes_, MADV_DONTNEED) != 0) throw std::bad_alloc();
+}
+
+}  // namespace mscomp::nn
