@@ -105,10 +105,7 @@ void StackedModel<T>::load_batch(std::span<const Source> features, std::span<con
     assert(!which.empty() && static_cast<int>(which.size()) <= options_.batch);
     const std::int64_t lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
     const std::int64_t rows = vertex_count() * kDim;
-    lane_mask_.active = static_cast<int>(which.size());
-    for (std::int64_t l = 0; l < lanes; ++l) {
-        lane_mask_.weight[at(l)] = l < lane_mask_.active ? T{1} : T{0};
-    }
+    set_active_lanes(which.size());
     const std::span<T> x = tape_.value(levels_.front().x);
     parallel_for(vertex_count(), [&](std::int64_t v) {
         const std::int64_t user = order_.to_user[at(v)];
@@ -121,6 +118,33 @@ void StackedModel<T>::load_batch(std::span<const Source> features, std::span<con
             }
         }
     });
+}
+
+template <class T>
+void StackedModel<T>::load_batch(const ScaledFeatures& features, std::span<const int> which) {
+    assert(!which.empty() && static_cast<int>(which.size()) <= options_.batch);
+    set_active_lanes(which.size());
+    gather_lanes(features, which, order_, tape_.value(levels_.front().x), GatherThreads::all);
+}
+
+template <class T>
+void StackedModel<T>::load_batch(const LaneBatch& batch) {
+    set_active_lanes(batch.shapes.size());
+    const std::span<T> x = tape_.value(levels_.front().x);
+    assert(x.size() == batch.rows.size());
+    const Chunks chunks{static_cast<std::int64_t>(x.size()), std::int64_t{1} << 18};
+    parallel_for(chunks.count(), [&](std::int64_t i) {
+        std::copy(batch.rows.begin() + chunks.begin(i), batch.rows.begin() + chunks.end(i),
+                  x.begin() + chunks.begin(i));
+    });
+}
+
+template <class T>
+void StackedModel<T>::set_active_lanes(std::size_t count) {
+    lane_mask_.active = static_cast<int>(count);
+    for (std::size_t l = 0; l < lane_mask_.weight.size(); ++l) {
+        lane_mask_.weight[l] = l < count ? T{1} : T{0};
+    }
 }
 
 template <class T>

@@ -186,7 +186,7 @@ FoundComponent next_component(const Residual& residual, SparsityRows& sparsity) 
 
 /// What the shapes of a start are, and how many fit into one pass.
 struct StartShapes {
-    std::span<const float> features;
+    const ScaledFeatures& features;
     std::vector<int> shapes;
     std::size_t batch;
 
@@ -265,7 +265,7 @@ void start_random(StackedModel<T>& model, std::uint64_t seed) {
 }
 
 template <class T>
-void start_deflation(StackedModel<T>& model, std::span<const float> features,
+void start_deflation(StackedModel<T>& model, const ScaledFeatures& features,
                      std::span<const int> shapes) {
     ParameterSet<T>& parameters = model.parameters();
     parameters.reset_values();
@@ -287,7 +287,7 @@ void start_deflation(StackedModel<T>& model, std::span<const float> features,
 
 template void start_random(StackedModel<float>&, std::uint64_t);
 template void start_random(StackedModel<double>&, std::uint64_t);
-template void start_deflation(StackedModel<float>&, std::span<const float>, std::span<const int>);
-template void start_deflation(StackedModel<double>&, std::span<const float>, std::span<const int>);
+template void start_deflation(StackedModel<float>&, const ScaledFeatures&, std::span<const int>);
+template void start_deflation(StackedModel<double>&, const ScaledFeatures&, std::span<const int>);
 
 }  // namespace mscomp::nn

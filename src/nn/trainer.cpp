@@ -12,6 +12,15 @@
 
 namespace mscomp::nn {
 
+namespace {
+
+/// The batch of `order` that begins at `first`.
+std::span<const int> batch_of(const std::vector<int>& order, std::size_t first, std::size_t size) {
+    return std::span(order).subspan(first, std::min(size, order.size() - first));
+}
+
+}  // namespace
+
 StackedModel<float>::Options training_options(const Config& config, int shapes) {
     StackedModel<float>::Options options;
     options.batch = std::min(config.train.batch, shapes);
@@ -19,9 +28,22 @@ StackedModel<float>::Options training_options(const Config& config, int shapes) 
     return options;
 }
 
+Trainer::Trainer(StackedModel<float>& model, const Config& config, const ScaledFeatures& features,
+                 std::span<const int> shapes)
+    : model_(model),
+      config_(config),
+      features_(features),
+      shapes_(shapes.begin(), shapes.end()),
+      loader_(features_, model.order(), lane_count(model.batch_capacity())) {}
+
 Trainer::Trainer(StackedModel<float>& model, const Config& config, std::span<const float> features,
                  std::span<const int> shapes)
-    : model_(model), config_(config), features_(features), shapes_(shapes.begin(), shapes.end()) {}
+    : model_(model),
+      config_(config),
+      memory_(std::make_unique<MemoryFeatures>(features, model.vertex_count())),
+      features_{*memory_},
+      shapes_(shapes.begin(), shapes.end()),
+      loader_(features_, model.order(), lane_count(model.batch_capacity())) {}
 
 void Trainer::start() {
     if (config_.train.start == Start::deflation) {
@@ -33,24 +55,32 @@ void Trainer::start() {
     state_ = {};
 }
 
+std::vector<int> Trainer::order_of_epoch(std::int64_t epoch) const {
+    std::vector<int> order = shapes_;
+    const CounterRandom random(config_.train.seed, static_cast<std::uint64_t>(epoch) + 1000);
+    const std::vector<int> drawn = random.permutation(static_cast<int>(shapes_.size()));
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        order[i] = shapes_[static_cast<std::size_t>(drawn[i])];
+    }
+    return order;
+}
+
 EpochReport Trainer::run_epoch() {
     EpochReport report;
     report.terms.resize(model_.levels().size());
-    std::vector<int> order = shapes_;
     const auto batch = static_cast<std::size_t>(model_.batch_capacity());
-    if (shapes_.size() > batch) {
-        const CounterRandom random(config_.train.seed,
-                                   static_cast<std::uint64_t>(state_.epoch) + 1000);
-        const std::vector<int> drawn = random.permutation(static_cast<int>(shapes_.size()));
-        for (std::size_t i = 0; i < order.size(); ++i) {
-            order[i] = shapes_[static_cast<std::size_t>(drawn[i])];
-        }
-    }
+    const bool is_full_batch = shapes_.size() <= batch;
+    const std::vector<int> order = is_full_batch ? shapes_ : order_of_epoch(state_.epoch);
     int steps = 0;
     const auto begin = std::chrono::steady_clock::now();
     for (std::size_t first = 0; first < order.size(); first += batch, ++steps) {
-        const std::size_t size = std::min(batch, order.size() - first);
-        step(std::span<const int>(order).subspan(first, size), report);
+        load(batch_of(order, first, batch));
+        if (first + batch < order.size()) {
+            loader_.prepare(batch_of(order, first + batch, batch));
+        } else if (!is_full_batch) {
+            loader_.prepare(batch_of(order_of_epoch(state_.epoch + 1), 0, batch));
+        }
+        step(report);
     }
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
@@ -66,11 +96,18 @@ EpochReport Trainer::run_epoch() {
     return report;
 }
 
-void Trainer::step(std::span<const int> batch, EpochReport& report) {
-    if (!std::ranges::equal(batch, loaded_)) {
+void Trainer::load(std::span<const int> batch) {
+    if (std::ranges::equal(batch, loaded_)) return;
+    loaded_.clear();
+    if (const LaneBatch* prepared = loader_.take(batch)) {
+        model_.load_batch(*prepared);
+    } else {
         model_.load_batch(features_, batch);
-        loaded_.assign(batch.begin(), batch.end());
     }
+    loaded_.assign(batch.begin(), batch.end());
+}
+
+void Trainer::step(EpochReport& report) {
     const float loss = model_.forward();
     model_.parameters().zero_grad();
     model_.backward();
@@ -115,15 +152,16 @@ std::vector<std::vector<float>> Trainer::codes() {
     std::vector<std::vector<float>> all(model_.levels().size());
     const auto batch = static_cast<std::size_t>(model_.batch_capacity());
     for (std::size_t first = 0; first < shapes_.size(); first += batch) {
-        const std::size_t size = std::min(batch, shapes_.size() - first);
-        model_.load_batch(features_, std::span<const int>(shapes_).subspan(first, size));
+        load(batch_of(shapes_, first, batch));
+        if (first + batch < shapes_.size()) {
+            loader_.prepare(batch_of(shapes_, first + batch, batch));
+        }
         model_.forward();
         for (std::size_t l = 0; l < all.size(); ++l) {
             const std::vector<float> codes = model_.codes(static_cast<int>(l));
             all[l].insert(all[l].end(), codes.begin(), codes.end());
         }
     }
-    loaded_.clear();
     return all;
 }
 

@@ -9,6 +9,7 @@
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/nn/config.h"
+#include "mscomp/nn/lane_batch.h"
 #include "mscomp/nn/ops.h"
 #include "mscomp/nn/parameter_set.h"
 #include "mscomp/nn/tape.h"
@@ -68,6 +69,10 @@ class StackedModel {
     /// and at most the capacity.
     template <class Source>
     void load_batch(std::span<const Source> features, std::span<const int> which);
+    /// The same from features that lie elsewhere and are not scaled yet.
+    void load_batch(const ScaledFeatures& features, std::span<const int> which);
+    /// A batch that was gathered in order() for lane_count(batch_capacity()) lanes.
+    void load_batch(const LaneBatch& batch);
 
     /// Runs the batch; returns the total loss.
     T forward();
@@ -97,6 +102,7 @@ class StackedModel {
     void add_level(int index, const LossConfig& loss, Var x, std::vector<Var>& terms,
                    std::vector<double>& factors);
     std::vector<T> batch_rows(std::span<const T> rows) const;
+    void set_active_lanes(std::size_t count);
 
     ModelConfig config_;
     Options options_;

@@ -19,7 +19,15 @@ void start_random(StackedModel<T>& model, std::uint64_t seed);
 /// step. Children are started on their masked residual. Uses up to 256 of `shapes`, evenly chosen,
 /// whatever the batch. Once the input is explained the other components stay zero.
 template <class T>
-void start_deflation(StackedModel<T>& model, std::span<const float> features,
+void start_deflation(StackedModel<T>& model, const ScaledFeatures& features,
                      std::span<const int> shapes);
+
+/// The same with `features` (N,V,9) in memory, scaled already.
+template <class T>
+void start_deflation(StackedModel<T>& model, std::span<const float> features,
+                     std::span<const int> shapes) {
+    const MemoryFeatures memory(features, model.vertex_count());
+    start_deflation(model, ScaledFeatures{memory}, shapes);
+}
 
 }  // namespace mscomp::nn

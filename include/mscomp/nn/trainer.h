@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "mscomp/nn/batch_loader.h"
 #include "mscomp/nn/config.h"
 #include "mscomp/nn/model_file.h"
 #include "mscomp/nn/stacked_model.h"
@@ -21,12 +23,16 @@ struct EpochReport {
     double step_ms = 0;
 };
 
-/// Trains a stacked model on scaled features. A step is a function of the parameters, the moments,
+/// Trains a stacked model. A step is a function of the parameters, the moments,
 /// the centres, seed and step number and of nothing else: saved, loaded and continued gives the
 /// same bits as never stopped, for any number of threads.
 class Trainer {
   public:
-    /// Borrows everything. `features` (N,V,9) scaled, `shapes` those to train on (at least one).
+    /// Borrows everything. `shapes` are those to train on (at least one). While they all fit into
+    /// one batch they are read once; otherwise the next batch is gathered during a step.
+    Trainer(StackedModel<float>& model, const Config& config, const ScaledFeatures& features,
+            std::span<const int> shapes);
+    /// `features` (N,V,9) in memory, scaled already.
     Trainer(StackedModel<float>& model, const Config& config, std::span<const float> features,
             std::span<const int> shapes);
 
@@ -44,13 +50,17 @@ class Trainer {
     std::vector<std::vector<float>> codes();
 
   private:
-    void step(std::span<const int> batch, EpochReport& report);
+    std::vector<int> order_of_epoch(std::int64_t epoch) const;
+    void load(std::span<const int> batch);
+    void step(EpochReport& report);
     void require_finite(float loss);
 
     StackedModel<float>& model_;
     const Config& config_;
-    std::span<const float> features_;
+    std::unique_ptr<MemoryFeatures> memory_;
+    ScaledFeatures features_;
     std::vector<int> shapes_;
+    BatchLoader loader_;
     std::vector<int> loaded_;
     TrainingState state_;
 };
