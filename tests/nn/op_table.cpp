@@ -71,6 +71,28 @@ Var sparsity(OpFixture<T>& f, Var weights, const LevelConfig& level) {
     return group_sparsity(f.tape, weights, *f.sparsity, true);
 }
 
+/// A level of two parents with two children each, or of two autoencoders that keep their residuals.
+template <class T>
+void fused_level(OpFixture<T>& f, bool has_children) {
+    const std::int64_t count = has_children ? kAutoencoders : 2 * kAutoencoders;
+    AutoencoderInputs level;
+    level.source = rows(f, "source");
+    if (!has_children) level.mask = random_input(f, "mask", {count, vertices(f)}, 0.5);
+    level.w_own = random_input(f, "w_own", {count, 9, 9}, 0.2);
+    level.w_ring = random_input(f, "w_ring", {count, 9, 9}, 0.2);
+    level.bias = random_input(f, "bias", {count, 9}, 0.2);
+    level.decoder_w_own = level.w_own;
+    level.decoder_w_ring = level.w_ring;
+    level.decoder_bias = random_input(f, "decoder_bias", {count, 9}, 0.2);
+    level.component_weights = random_input(f, "C", {count, kComponents, vertices(f), 9}, 0.1);
+    level.keeps_residual = has_children;
+    f.supports = std::make_unique<LevelSupports>(f.rings->rings, static_cast<int>(count));
+    const AutoencoderOutputs outputs = autoencoder(f.tape, *f.rings, level, f.lanes, *f.supports);
+    f.output = outputs.error;
+    f.further_outputs.push_back(outputs.code);
+    if (has_children) f.further_outputs.push_back(outputs.residual);
+}
+
 }  // namespace
 
 LineDistances::LineDistances(int vertices) {
@@ -129,6 +151,8 @@ std::vector<OpCase<T>> op_table() {
          }},
         {"range_penalty",
          [](F& f) { f.output = range_penalty(f.tape, codes(f, 2.0), 1.0, f.lanes); }},
+        {"autoencoder", [](F& f) { fused_level(f, false); }},
+        {"autoencoder with children", [](F& f) { fused_level(f, true); }},
         {"weighted_sum",
          [](F& f) {
              const Var a = random_input(f, "a", {3}), b = random_input(f, "b", {2});

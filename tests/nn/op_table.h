@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mscomp/nn/fused.h"
 #include "mscomp/nn/ops.h"
 
 namespace mscomp::nn {
@@ -30,10 +31,12 @@ struct OpFixture {
     std::unique_ptr<RingTable<T>> rings;
     std::unique_ptr<LineDistances> distances;
     std::unique_ptr<SparsityRows> sparsity;
+    std::unique_ptr<LevelSupports> supports;
     LaneMask<T> lanes;
     Tape<T> tape;
     std::vector<Var> inputs;  // all that the op depends on
     Var output;
+    std::vector<Var> further_outputs;  // of an op that has several
 };
 
 template <class T>

@@ -23,7 +23,8 @@ template <class T>
 class Tape;
 
 /// A coarse tensor operation with hand-written kernels. forward fills its outputs; backward adds to
-/// the gradients of its inputs, and leaves alone those that need none.
+/// the gradients of its inputs, and leaves alone those that need none; it comes at most once after
+/// each forward, since it may use up what forward left.
 template <class T>
 class Op {
   public:

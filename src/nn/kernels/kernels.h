@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "autoencoder_kernels.h"
+
 // The inner loops of the ops, compiled once per instruction set and picked at run time.
 //
 // Layout of everything per vertex: rows [vertex][9][lanes], lanes = shapes of the batch, a multiple
@@ -56,6 +58,7 @@ struct Kernels {
     /// dx += mask dout, dy -= mask dout (where given); dmask_v += sum dout (x - y) (where given).
     void (*masked_residual_backward)(const T* x, const T* y, const T* mask, const T* dout,
                                      int lanes, int begin, int end, T* dx, T* dy, T* dmask);
+    AutoencoderKernels<T> autoencoder;
     /// y = tanh(x) for any number of values.
     void (*tanh_forward)(const T* x, std::int64_t count, T* y);
     /// One Adam update: m, v, p from g; correction1 = 1 - beta1^t, correction2 = 1 - beta2^t.

@@ -3,6 +3,8 @@
 // MSCOMP_VECTOR_BYTES defined. Uses the compiler's vector types and no library templates: an inline
 // function of a shared header, compiled here with wider instructions, could be the copy that the
 // linker keeps for everybody.
+#pragma once
+
 #include <math.h>
 
 #include "kernels.h"

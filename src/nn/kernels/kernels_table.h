@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The table of the kernels of one instruction set; see kernels_impl.h for what has to be defined.
+#include "autoencoder_impl.h"
 #include "kernels_impl.h"
 
 namespace mscomp::nn::MSCOMP_ISA {
@@ -18,6 +19,79 @@ using Half = typename VectorOf<T, (full_width<T>() > 8 ? 8 : full_width<T>())>::
 // Chooses the register by the number of lanes: an argument list with `lanes` in it, twice.
 #define MSCOMP_BY_LANES(name, ...) \
     (lanes % full_width<T>() == 0 ? name<T, Full<T>>(__VA_ARGS__) : name<T, Half<T>>(__VA_ARGS__))
+
+/// Calls run.operator()<V, U, K>(): registers for lanes and for codes, and the number of components
+/// where it is compiled apart (0: any).
+template <class T, class Run>
+auto with_registers(int lanes, CodeSizes sizes, const Run& run) {
+    const auto with_components = [&]<class V, class U>() {
+        switch (sizes.components) {
+            case 5:
+                return run.template operator()<V, U, 5>();
+            case 10:
+                return run.template operator()<V, U, 10>();
+            default:
+                return run.template operator()<V, U, 0>();
+        }
+    };
+    const bool full_codes = sizes.padded % full_width<T>() == 0;
+    if (lanes % full_width<T>() == 0) {
+        return full_codes ? with_components.template operator()<Full<T>, Full<T>>()
+                          : with_components.template operator()<Full<T>, Half<T>>();
+    }
+    return full_codes ? with_components.template operator()<Half<T>, Full<T>>()
+                      : with_components.template operator()<Half<T>, Half<T>>();
+}
+
+template <class T>
+AutoencoderKernels<T> autoencoder_table() {
+    AutoencoderKernels<T> t;
+    t.encode = [](const ActiveRows<T>& rows, const ConvParameters<T>& conv, const T* components,
+                  CodeSizes sizes, const int* acting, int begin, int end, T* f, T* codes) {
+        with_registers<T>(rows.lanes, sizes, [&]<class V, class, int K>() {
+            encode<T, V, K>(rows, conv, components, sizes, acting, begin, end, f, codes);
+        });
+    };
+    t.decode = [](const ActiveRows<T>& rows, const T* decoder, const T* bias, CodeSizes sizes,
+                  const T* codes, const T* lane_weight, int begin, int end, T* e) {
+        return with_registers<T>(rows.lanes, sizes, [&]<class V, class, int K>() {
+            return decode<T, V, K>(rows, decoder, bias, sizes, codes, lane_weight, begin, end, e);
+        });
+    };
+    t.decode_backward = [](const ActiveRows<T>& rows, T* decoder, CodeSizes sizes,
+                           const T* codes_across, const T* lane_weight, T factor, const T* e,
+                           const T* output_grad, int begin, int end, T* g, T* codes_grad,
+                           T* bias_grad, T* scratch) {
+        with_registers<T>(rows.lanes, sizes, [&]<class V, class U, int K>() {
+            decode_backward<T, V, U, K>(rows, decoder, sizes, codes_across, lane_weight, factor, e,
+                                        output_grad, begin, end, g, codes_grad, bias_grad, scratch);
+        });
+    };
+    t.encode_backward = [](int lanes, const T* components, CodeSizes sizes, const T* codes_grad,
+                           const T* codes_grad_across, const int* acting, int begin, int end, T* f,
+                           T* components_grad, T* bias_grad) {
+        with_registers<T>(lanes, sizes, [&]<class V, class U, int K>() {
+            encode_backward<T, V, U, K>(lanes, components, sizes, codes_grad, codes_grad_across,
+                                        acting, begin, end, f, components_grad, bias_grad);
+        });
+    };
+    t.conv_backward = [](const ActiveRows<T>& rows, const ConvParameters<T>& conv, const T* p,
+                         int begin, int end, T* scratch, T* input_grad, T* own_grad, T* ring_grad) {
+        const int lanes = rows.lanes;
+        MSCOMP_BY_LANES(autoencoder_conv_backward, rows, conv, p, begin, end, scratch, input_grad,
+                        own_grad, ring_grad);
+    };
+    t.moments = [](const T* source, const T* lane_weight, int lanes, int begin, int end, T* out) {
+        MSCOMP_BY_LANES(moments, source, lane_weight, lanes, begin, end, out);
+    };
+    t.gather_children = [](const T* source, const T* moments, const T* lane_weight, int lanes,
+                           const ChildGradient<T>* children, int count, int begin, int end,
+                           T* source_grad) {
+        MSCOMP_BY_LANES(gather_children, source, moments, lane_weight, lanes, children, count,
+                        begin, end, source_grad);
+    };
+    return t;
+}
 
 template <class T>
 Kernels<T> table() {
@@ -73,6 +147,7 @@ Kernels<T> table() {
         tanh_forward<T, Half<T>>(x, count, y);
     };
     t.adam = &adam<T>;
+    t.autoencoder = autoencoder_table<T>();
     return t;
 }
 

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "../kernels/kernels.h"
+#include "mscomp/base/feature_set.h"
+#include "mscomp/nn/fused.h"
+
+namespace mscomp::nn {
+
+/// The op behind autoencoder() of fused.h. Its passes, each parallel over fixed chunks of slots:
+///
+/// forward: pack C per slot, D = W_own' C + W_ring' mean C | encode | codes | decode | the constant
+/// rest. backward: decode, which leaves dD in the place of D | codes | dC from dD | encode | the
+/// encoder's convolution | gradients of parameters, of the source and of the mask.
+template <class T>
+class Autoencoder final : public Op<T> {
+  public:
+    Autoencoder(Tape<T>& tape, const RingTable<T>& rings, const AutoencoderInputs& inputs,
+                const LaneMask<T>& lane_mask, const LevelSupports& supports);
+
+    std::string_view name() const override { return "autoencoder"; }
+    Var output() const override { return outputs_.error; }
+    const AutoencoderOutputs& outputs() const { return outputs_; }
+
+    void forward(Tape<T>& tape) override;
+    void backward(Tape<T>& tape) override;
+    std::vector<T> reference(Tape<T>& tape) const override;
+
+    /// Adds the output of autoencoder `a` to rows (V,9,lanes); between forward and backward.
+    void add_output(Tape<T>& tape, int a, std::span<T> rows) const;
+
+  private:
+    static constexpr int kMatrix = kFeatureDim * kFeatureDim;
+    using Matrix = std::array<T, kMatrix>;
+
+    /// What one autoencoder works on.
+    struct Work {
+        AlignedVector<T> inverse_degree;   // (slots)
+        AlignedVector<T> components;       // C, (slots,9,padded)
+        AlignedVector<T> decoder;          // D, then its gradient
+        AlignedVector<T> components_grad;  // (slots,9,padded)
+        AlignedVector<T> encoded;          // f, then the gradient before its tanh, (slots,9,lanes)
+        AlignedVector<T> error;            // e, (slots,9,lanes); empty where the residual holds it
+        AlignedVector<T> input_grad;       // (slots,9,lanes); empty where not wanted, or is error
+        Matrix decoder_own, decoder_ring;  // as applied
+        std::array<T, kFeatureDim> constant;  // tanh(bias of the decoder)
+    };
+    /// A piece of one autoencoder.
+    struct Task {
+        int autoencoder;
+        int begin, end;
+    };
+    /// Partial sums of one task over slots.
+    struct Sums {
+        std::array<T, kFeatureDim> bias{}, decoder_bias{};
+        Matrix own{}, ring{}, decoder_own{}, decoder_ring{};
+        double error = 0;
+    };
+
+    void follow_supports();
+    void fill_shared(Tape<T>& tape);
+    void pack(Tape<T>& tape);
+    void encode(Tape<T>& tape);
+    void decode(Tape<T>& tape);
+    void add_constant_errors(Tape<T>& tape);
+
+    void decode_backward(Tape<T>& tape);
+    void finish_codes_grad(Tape<T>& tape);
+    void decoder_to_components();
+    void encode_backward();
+    void conv_backward(Tape<T>& tape);
+    void add_constant_bias_grads(Tape<T>& tape);
+    void add_component_grads(Tape<T>& tape);
+    void add_parameter_grads(Tape<T>& tape);
+    void gather_children(Tape<T>& tape);
+
+    ActiveRows<T> rows_of(Tape<T>& tape, int a) const;
+    Neighborhood<T> neighborhood(int a) const;
+    ConvParameters<T> encoder_of(Tape<T>& tape, int a) const;
+    std::int64_t row_size() const { return std::int64_t{kFeatureDim} * lanes_; }
+    std::int64_t source_size() const { return vertices_ * row_size(); }
+    std::int64_t code_size() const { return std::int64_t{sizes_.components} * lanes_; }
+    T* error_of(Tape<T>& tape, int a);
+    T* input_grad_of(int a);
+    T factor_of(Tape<T>& tape, int a) const;
+    const T* moments_of(int a) const;
+    void spread_across(const T* codes, AlignedVector<T>& across) const;
+
+    const RingTable<T>& rings_;
+    AutoencoderInputs inputs_;
+    const LaneMask<T>& lane_mask_;
+    const LevelSupports& supports_;
+    int autoencoders_, parents_, lanes_;
+    std::int64_t vertices_;
+    CodeSizes sizes_;
+    bool wants_input_grad_;
+    AutoencoderOutputs outputs_;
+
+    int revision_ = -1;  // of the supports that the following belongs to
+    bool has_constant_rest_ = false;
+    std::vector<Work> work_;  // (A)
+    std::vector<Task> slot_tasks_, acting_tasks_;
+    std::vector<int> first_slot_task_, first_acting_task_;  // (A+1)
+    std::vector<Sums> slot_sums_;                           // per task over slots
+    std::vector<std::array<T, kFeatureDim>> bias_sums_;     // per task over acting slots
+    AlignedVector<T> code_sums_;                            // (tasks,K,lanes)
+    AlignedVector<T> across_;                               // (A,lanes,padded)
+    AlignedVector<T> codes_grad_;                           // (A,K,lanes)
+    AlignedVector<T> moments_;                              // (parents,V,10)
+    std::vector<ChildGradient<T>> children_;                // (A)
+};
+
+}  // namespace mscomp::nn
