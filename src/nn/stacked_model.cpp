@@ -9,6 +9,7 @@
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
+#include "ops/autoencoder.h"
 
 namespace mscomp::nn {
 namespace {
@@ -41,6 +42,8 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
             inner_distances_, config.levels[l],
             options.sparsity_gradient ? CenterRule::follow : CenterRule::settle));
         level.sparsity = sparsity_.back().get();
+        supports_.push_back(std::make_unique<LevelSupports>(rings_.rings, autoencoders));
+        level.supports = supports_.back().get();
         const auto add = [&](const char* what, Extents extents) {
             extents.insert(extents.begin(), autoencoders);
             return parameters_.add(fmt::format("level{}.{}", l, what), std::move(extents));
@@ -57,27 +60,75 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
         if (config.attention) autoencoders *= level.components;
     }
 
-    Var x =
-        tape_.input("x", {1, vertices, kDim, lane_count(options.batch)}, options.input_gradient);
+    add_levels(loss, tape_.input("x", {1, vertices, kDim, lane_count(options.batch)},
+                                 options.input_gradient));
+}
+
+template <class T>
+void StackedModel<T>::add_levels(const LossConfig& loss, Var x) {
+    const bool is_fused = options_.fused && config_.decoder_fc_activation == Activation::none;
     std::vector<Var> terms;
     std::vector<double> factors;
-    for (int l = 0; l < static_cast<int>(levels_.size()); ++l) {
-        Level& level = levels_[at(l)];
-        add_level(l, loss, x, terms, factors);
-        if (l + 1 == static_cast<int>(levels_.size())) break;
-        if (config.attention) {
-            level.mask = attention_mask(tape_, tape_.parameter(parameters_, level.weights),
-                                        config.mask_power, config.mask_epsilon);
+    Var source = x, mask;
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+        Level& level = levels_[l];
+        const bool is_last = l + 1 == levels_.size();
+        const Var weights = tape_.parameter(parameters_, level.weights);
+        Var residual;
+        if (is_fused) {
+            residual = add_fused(level, source, mask, !is_last);
+        } else {
+            add_small_ops(level, x);
         }
-        x = masked_residual(tape_, level.x, level.output, level.mask, config.joint);
+        if (l == 0) level.x = x;
+        if (options_.losses) {
+            level.group_sparsity =
+                group_sparsity(tape_, weights, *level.sparsity, options_.sparsity_gradient);
+            level.range_penalty = range_penalty(tape_, level.code, loss.range_limit, lane_mask_);
+            terms.insert(terms.end(),
+                         {level.reconstruction, level.group_sparsity, level.range_penalty});
+            factors.insert(factors.end(), {loss.reconstruction, loss.sparsity, loss.range});
+        }
+        if (is_last) break;
+        if (config_.attention) {
+            level.mask = attention_mask(tape_, weights, config_.mask_power, config_.mask_epsilon);
+        }
+        mask = level.mask;
+        source = residual;
+        if (!is_fused) x = masked_residual(tape_, x, level.output, mask, config_.joint);
     }
     total_ = weighted_sum(tape_, std::move(terms), std::move(factors));
 }
 
 template <class T>
-void StackedModel<T>::add_level(int index, const LossConfig& loss, Var x, std::vector<Var>& terms,
-                                std::vector<double>& factors) {
-    Level& level = levels_[at(index)];
+Var StackedModel<T>::add_fused(Level& level, Var source, Var mask, bool keeps_residual) {
+    const auto parameter = [&](int which) { return tape_.parameter(parameters_, which); };
+    level.source = source;
+    level.source_mask = mask;
+    AutoencoderInputs inputs;
+    inputs.source = source;
+    inputs.mask = mask;
+    inputs.w_own = parameter(level.w_own);
+    inputs.w_ring = parameter(level.w_ring);
+    inputs.bias = parameter(level.bias);
+    inputs.decoder_w_own = parameter(level.decoder_w_own);
+    inputs.decoder_w_ring = parameter(level.decoder_w_ring);
+    inputs.decoder_bias = parameter(level.decoder_bias);
+    inputs.component_weights = parameter(level.weights);
+    inputs.transposed_decoder = config_.tied == Tied::transpose;
+    inputs.latent_activation = config_.latent_activation;
+    inputs.joint = &level == &levels_.front() || config_.joint;
+    inputs.keeps_residual = keeps_residual;
+    auto op = std::make_unique<Autoencoder<T>>(tape_, rings_, inputs, lane_mask_, *level.supports);
+    fused_.push_back(op.get());
+    level.code = op->outputs().code;
+    level.reconstruction = op->outputs().error;
+    tape_.record(std::move(op));
+    return fused_.back()->outputs().residual;
+}
+
+template <class T>
+void StackedModel<T>::add_small_ops(Level& level, Var x) {
     const auto parameter = [&](int which) { return tape_.parameter(parameters_, which); };
     const Var weights = parameter(level.weights);
     level.x = x;
@@ -90,13 +141,7 @@ void StackedModel<T>::add_level(int index, const LossConfig& loss, Var x, std::v
     level.output = mesh_conv(tape_, rings_, decoded, parameter(level.decoder_w_own),
                              parameter(level.decoder_w_ring), parameter(level.decoder_bias),
                              config_.tied == Tied::transpose, Activation::tanh);
-    if (!options_.losses) return;
-    level.reconstruction = squared_error(tape_, x, level.output, lane_mask_);
-    level.group_sparsity =
-        group_sparsity(tape_, weights, *level.sparsity, options_.sparsity_gradient);
-    level.range_penalty = range_penalty(tape_, level.code, loss.range_limit, lane_mask_);
-    terms.insert(terms.end(), {level.reconstruction, level.group_sparsity, level.range_penalty});
-    factors.insert(factors.end(), {loss.reconstruction, loss.sparsity, loss.range});
+    if (options_.losses) level.reconstruction = squared_error(tape_, x, level.output, lane_mask_);
 }
 
 template <class T>
@@ -198,13 +243,38 @@ std::vector<T> StackedModel<T>::batch_rows(std::span<const T> rows) const {
 }
 
 template <class T>
+void StackedModel<T>::input_rows(int level, int autoencoder, std::span<T> rows) {
+    const Level& l = levels_[at(level)];
+    const std::int64_t size = static_cast<std::int64_t>(rows.size());
+    if (!l.source.valid()) {
+        std::copy_n(tape_.value(l.x).begin() + autoencoder * size, size, rows.begin());
+        return;
+    }
+    const std::int64_t parent = autoencoder / (l.autoencoders / tape_.extents(l.source)[0]);
+    const T* source = tape_.value(l.source).data() + parent * size;
+    const T* mask = l.source_mask.valid()
+                        ? tape_.value(l.source_mask).data() + autoencoder * vertex_count()
+                        : nullptr;
+    const std::int64_t row = size / vertex_count();
+    parallel_for(vertex_count(), [&](std::int64_t v) {
+        for (std::int64_t i = v * row; i < (v + 1) * row; ++i) {
+            rows[at(i)] = mask ? mask[v] * source[i] : source[i];
+        }
+    });
+}
+
+template <class T>
 std::vector<T> StackedModel<T>::reconstruction(int levels) {
     const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
     const std::int64_t rows = vertex_count() * kDim * lanes;
     AlignedVector<T> sum(at(rows), T{0});
     for (int l = 0; l < levels; ++l) {
-        const std::span<T> output = tape_.value(levels_[at(l)].output);
-        for (std::int64_t a = 0; a < levels_[at(l)].autoencoders; ++a) {
+        for (int a = 0; a < levels_[at(l)].autoencoders; ++a) {
+            if (!fused_.empty()) {
+                fused_[at(l)]->add_output(tape_, a, sum);
+                continue;
+            }
+            const std::span<T> output = tape_.value(levels_[at(l)].output);
             for (std::int64_t i = 0; i < rows; ++i) sum[at(i)] += output[at(a * rows + i)];
         }
     }

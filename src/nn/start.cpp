@@ -197,9 +197,9 @@ struct StartShapes {
 
 template <class T>
 Residual residual_of(StackedModel<T>& model, int level, std::int64_t a, const StartShapes& start) {
-    const Var x = model.levels()[at(level)].x;
     const std::int64_t vertices = model.vertex_count();
-    const std::int64_t lanes = model.tape().extents(x)[3];
+    const std::int64_t lanes = lane_count(model.batch_capacity());
+    AlignedVector<T> rows(at(vertices * kDim * lanes));
     Residual residual(vertices, static_cast<std::int64_t>(start.shapes.size()));
     for (std::size_t first = 0; first < start.shapes.size(); first += start.batch) {
         // One pass holds them all: it has been made already.
@@ -207,8 +207,8 @@ Residual residual_of(StackedModel<T>& model, int level, std::int64_t a, const St
             model.load_batch(start.features, start.pass(first));
             model.forward();
         }
-        residual.fill(model.tape().value(x).data() + a * vertices * kDim * lanes, lanes,
-                      static_cast<std::int64_t>(first),
+        model.input_rows(level, static_cast<int>(a), std::span<T>(rows));
+        residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first),
                       static_cast<std::int64_t>(start.pass(first).size()));
     }
     return residual;

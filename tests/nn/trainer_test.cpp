@@ -123,7 +123,7 @@ TEST_F(Training, StopsAtNaNBeforeTheUpdate) {
         poisoned.run_epoch();
         FAIL() << "trained on NaN";
     } catch (const NumericalError& error) {
-        EXPECT_NE(std::string(error.what()).find("step 2: the result of mesh_conv"),
+        EXPECT_NE(std::string(error.what()).find("step 2: the result of autoencoder"),
                   std::string::npos)
             << error.what();
     }

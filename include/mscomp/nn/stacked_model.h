@@ -8,6 +8,7 @@
 
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/nn/active_vertices.h"
 #include "mscomp/nn/config.h"
 #include "mscomp/nn/lane_batch.h"
 #include "mscomp/nn/ops.h"
@@ -16,6 +17,9 @@
 #include "mscomp/nn/vertex_order.h"
 
 namespace mscomp::nn {
+
+template <class T>
+class Autoencoder;
 
 /// Loss terms of one autoencoder, before their weights.
 struct AutoencoderTerms {
@@ -38,17 +42,23 @@ class StackedModel {
         bool sparsity_gradient = false;
         bool input_gradient = false;  // for checks
         bool losses = true;           // false: encode and decode only, no distances are asked for
+        /// A level as one op (fused.h); false: of small ops, as is every model whose decoder has
+        /// an activation between its two layers.
+        bool fused = true;
     };
     /// What one level consists of. Parameters are named level<l>.<what>.
     struct Level {
         int autoencoders = 1;
         int components = 0;
         SparsityRows* sparsity = nullptr;             // owned by the model
+        LevelSupports* supports = nullptr;            // likewise; what fused levels touch
         int w_own = -1, w_ring = -1, bias = -1;       // convolution of the encoder
         int decoder_w_own = -1, decoder_w_ring = -1;  // equal to these unless tied: none
         int decoder_bias = -1;
-        int weights = -1;  // C (A,K,V,9)
-        Var x, code, output, mask, reconstruction, group_sparsity, range_penalty;
+        int weights = -1;         // C (A,K,V,9)
+        Var source, source_mask;  // the input of an autoencoder is mask times source; with small
+        Var x, output;            // ops it is x itself, and output what is made of it
+        Var code, mask, reconstruction, group_sparsity, range_penalty;
     };
 
     StackedModel(const ModelConfig& config, const LossConfig& loss, const OneRings& rings,
@@ -83,7 +93,9 @@ class StackedModel {
     AutoencoderTerms terms(int level, int autoencoder);
     /// Codes of a level after forward, (n, A*K).
     std::vector<T> codes(int level);
-    /// Sum of the outputs of the first `levels` levels after forward, (n,V,9).
+    /// Input of one autoencoder after forward, (V,9,lanes) in inner vertex order.
+    void input_rows(int level, int autoencoder, std::span<T> rows);
+    /// Sum of the outputs of the first `levels` levels after forward and before backward, (n,V,9).
     std::vector<T> reconstruction(int levels);
     /// Gradient of the batch after backward, (n,V,9); needs Options::input_gradient.
     std::vector<T> input_gradient();
@@ -99,8 +111,9 @@ class StackedModel {
     void from_user_order(int index, std::span<const T> user, std::span<T> inner) const;
 
   private:
-    void add_level(int index, const LossConfig& loss, Var x, std::vector<Var>& terms,
-                   std::vector<double>& factors);
+    void add_levels(const LossConfig& loss, Var x);
+    Var add_fused(Level& level, Var source, Var mask, bool keeps_residual);
+    void add_small_ops(Level& level, Var x);
     std::vector<T> batch_rows(std::span<const T> rows) const;
     void set_active_lanes(std::size_t count);
 
@@ -112,7 +125,9 @@ class StackedModel {
     LaneMask<T> lane_mask_;
     ParameterSet<T> parameters_;
     Tape<T> tape_;
-    std::vector<std::unique_ptr<SparsityRows>> sparsity_;  // per level
+    std::vector<std::unique_ptr<SparsityRows>> sparsity_;   // per level
+    std::vector<std::unique_ptr<LevelSupports>> supports_;  // likewise
+    std::vector<const Autoencoder<T>*> fused_;              // on the tape; none with small ops
     std::vector<Level> levels_;
     Var total_;
 };
