@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what building needs and is missing (Debian and its relatives). Does nothing, and needs no
-# network, when all is there. With --dev also what developing needs: formatter, linter, git.
+# network, when all is there. With --dev also what developing needs: formatter, linter, git; with --bench
+# what scripts/bench.sh needs, with --arm64 what scripts/arm64.sh needs.
 set -euo pipefail
 
 packages=(g++ cmake ninja-build libeigen3-dev libceres-dev libopenmesh-dev libcli11-dev
@@ -9,7 +10,9 @@ packages=(g++ cmake ninja-build libeigen3-dev libceres-dev libopenmesh-dev libcl
 case "${1:-}" in
     "") ;;
     --dev) packages+=(ccache clang clang-format clang-tidy git libclang-rt-dev libomp-dev) ;;
-    *) echo "usage: scripts/setup.sh [--dev]" >&2; exit 2 ;;
+    --bench) packages+=(python3) ;;
+    --arm64) packages+=(g++-aarch64-linux-gnu googletest qemu-user) ;;
+    *) echo "usage: scripts/setup.sh [--dev|--bench|--arm64]" >&2; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
