@@ -170,6 +170,10 @@ FeatureFile::~FeatureFile() = default;
 
 const std::string& FeatureFile::path() const { return state_->file.path(); }
 const FeatureSet& FeatureFile::outline() const { return state_->outline; }
+std::string FeatureFile::data_hash() const {
+    const auto found = state_->file.metadata().find("xxh3");
+    return found == state_->file.metadata().end() ? std::string() : found->second;
+}
 std::span<const float> FeatureFile::shape(int index) const {
     return state_->row(state_->features, index);
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mscomp/base/error.h"
 
@@ -13,28 +14,48 @@ namespace {
 
 constexpr double kRange = 0.95;
 
-bool is_rotation(int channel) { return channel < kRotationDim; }
+/// The group of a channel: r or S.
+std::size_t group_of(std::size_t channel) { return channel < kRotationDim ? 0 : 1; }
 
-/// Smallest and largest value, and the largest distance from the reference's feature, of the r or
-/// of the S channels.
-struct GroupRange {
-    FeatureExtreme smallest, largest;
-    double deviation = 0;
-
-    void add(float value, int shape, int vertex, int channel) {
-        if (smallest.shape < 0 || value < smallest.value)
-            smallest = {value, shape, vertex, channel};
-        if (largest.shape < 0 || value > largest.value) largest = {value, shape, vertex, channel};
-        const double reference = kReferenceFeature[static_cast<std::size_t>(channel)];
-        deviation = std::max(deviation, std::abs(static_cast<double>(value) - reference));
-    }
-    double middle() const {
-        return 0.5 * (static_cast<double>(smallest.value) + static_cast<double>(largest.value));
-    }
-    double half_width() const {
-        return 0.5 * (static_cast<double>(largest.value) - static_cast<double>(smallest.value));
-    }
+struct ShapeRange {
+    std::array<float, kFeatureDim> smallest, largest;
+    bool is_finite = true;
 };
+
+ShapeRange range_of(std::span<const float> values) {
+    ShapeRange range;
+    range.smallest.fill(std::numeric_limits<float>::infinity());
+    range.largest.fill(-std::numeric_limits<float>::infinity());
+    bool is_finite = true;
+    for (std::size_t v = 0; v < values.size(); v += kFeatureDim) {
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            const float x = values[v + c];
+            range.smallest[c] = std::min(range.smallest[c], x);
+            range.largest[c] = std::max(range.largest[c], x);
+            is_finite &= std::abs(x) <= std::numeric_limits<float>::max();
+        }
+    }
+    range.is_finite = is_finite;
+    return range;
+}
+
+[[noreturn]] void fail_not_finite(std::span<const float> values, int shape) {
+    const auto place = static_cast<std::size_t>(
+        std::ranges::find_if(values, [](float x) { return !std::isfinite(x); }) - values.begin());
+    throw NumericalError(fmt::format("feature of shape {}, vertex {}, channel {} is not finite",
+                                     shape, place / kFeatureDim, place % kFeatureDim));
+}
+
+/// The first place of `value` in the channels of a group.
+FeatureExtreme first_of(std::span<const float> values, float value, std::size_t group, int shape) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        if (values[k] == value && group_of(k % kFeatureDim) == group) {
+            return {values[k], shape, static_cast<int>(k / kFeatureDim),
+                    static_cast<int>(k % kFeatureDim)};
+        }
+    }
+    return {value, shape, -1, -1};
+}
 
 /// Features are stored in float32: what deviates less than this is rounding, not deformation, and
 /// must not be blown up to the full range.
@@ -44,37 +65,69 @@ double factor_for(double largest) { return largest > kRounding ? kRange / larges
 
 }  // namespace
 
-FeatureScaler FeatureScaler::fit(const FeatureSet& set, std::span<const int> shapes,
-                                 FeatureCenter center) {
+FeatureRanges::FeatureRanges(const ShapeFeatures& features, std::span<const int> shapes) {
     if (shapes.empty()) throw UsageError("feature scaling needs at least one training shape");
-    GroupRange rotation, stretch;
     for (const int shape : shapes) {
-        if (shape < 0 || shape >= set.shape_count()) {
+        if (shape < 0 || shape >= features.shape_count()) {
             throw UsageError(fmt::format("training shape {}: the set has shapes 0 to {}", shape,
-                                         set.shape_count() - 1));
+                                         features.shape_count() - 1));
         }
-        const std::span<const float> values = set.shape(shape);
-        for (std::size_t k = 0; k < values.size(); ++k) {
-            const int vertex = static_cast<int>(k / kFeatureDim);
-            const int channel = static_cast<int>(k % kFeatureDim);
-            if (!std::isfinite(values[k])) {
-                throw NumericalError(
-                    fmt::format("feature of shape {}, vertex {}, channel {} is not finite", shape,
-                                vertex, channel));
+        add(features.shape(shape), shape);
+        features.forget(shape);
+    }
+}
+
+void FeatureRanges::add(std::span<const float> values, int shape) {
+    const ShapeRange range = range_of(values);
+    if (!range.is_finite) fail_not_finite(values, shape);
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        Group& group = groups_[g];
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            if (group_of(c) != g) continue;
+            for (const float end : {range.smallest[c], range.largest[c]}) {
+                const double reference = kReferenceFeature[c];
+                group.deviation =
+                    std::max(group.deviation, std::abs(static_cast<double>(end) - reference));
             }
-            (is_rotation(channel) ? rotation : stretch).add(values[k], shape, vertex, channel);
+        }
+        const auto first = static_cast<std::ptrdiff_t>(g == 0 ? 0 : kRotationDim);
+        const auto last = static_cast<std::ptrdiff_t>(g == 0 ? kRotationDim : kFeatureDim);
+        const float smallest =
+            *std::min_element(range.smallest.begin() + first, range.smallest.begin() + last);
+        const float largest =
+            *std::max_element(range.largest.begin() + first, range.largest.begin() + last);
+        if (group.smallest.shape < 0 || smallest < group.smallest.value) {
+            group.smallest = first_of(values, smallest, g, shape);
+        }
+        if (group.largest.shape < 0 || largest > group.largest.value) {
+            group.largest = first_of(values, largest, g, shape);
         }
     }
+}
+
+FeatureScaler FeatureRanges::scaler(FeatureCenter center) const {
     FeatureScaler scaler;
     scaler.center = center;
-    scaler.extremes = {rotation.smallest, rotation.largest, stretch.smallest, stretch.largest};
+    for (const Group& group : groups_) {
+        scaler.extremes.push_back(group.smallest);
+        scaler.extremes.push_back(group.largest);
+    }
+    const bool at_reference = center == FeatureCenter::reference;
     for (std::size_t channel = 0; channel < kFeatureDim; ++channel) {
-        const GroupRange& group = is_rotation(static_cast<int>(channel)) ? rotation : stretch;
-        const bool at_reference = center == FeatureCenter::reference;
-        scaler.offset[channel] = at_reference ? kReferenceFeature[channel] : group.middle();
-        scaler.factor[channel] = factor_for(at_reference ? group.deviation : group.half_width());
+        const Group& group = groups_[group_of(channel)];
+        const auto smallest = static_cast<double>(group.smallest.value);
+        const auto largest = static_cast<double>(group.largest.value);
+        scaler.offset[channel] =
+            at_reference ? kReferenceFeature[channel] : 0.5 * (smallest + largest);
+        scaler.factor[channel] =
+            factor_for(at_reference ? group.deviation : 0.5 * (largest - smallest));
     }
     return scaler;
+}
+
+FeatureScaler FeatureScaler::fit(const FeatureSet& set, std::span<const int> shapes,
+                                 FeatureCenter center) {
+    return FeatureRanges(MemoryFeatures(set.features, set.vertex_count()), shapes).scaler(center);
 }
 
 void FeatureScaler::scale(std::span<float> features) const {

@@ -57,7 +57,7 @@ struct Fit {
     double relative_squared_error_max = 0;
 };
 
-Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureSet& set,
+Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureFile& file,
                   const std::vector<int>& shapes, int levels) {
     const FeatureScaler scaler = run.scaler();
     FeatureScaler minmax;
@@ -65,18 +65,17 @@ Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureSe
     minmax.factor = run.context().minmax_factor;
     const LosslessReconstruction reconstruction(run.context().reference,
                                                 parse_edge_weights(run.context().weights));
-    const std::vector<std::string> names = shape_file_names(set.names);
-    std::vector<float> scaled = set.features;
-    scaler.scale(scaled);
+    const std::vector<std::string> names = shape_file_names(file.outline().names);
+    const nn::ScaledFeatures scaled{file, scaler.offset, scaler.factor};
     RmsError rms(run.context().reference.vertices);
     Fit fit;
     Progress progress("reconstruct", static_cast<std::int64_t>(shapes.size()),
                       progress_options(options.common.quiet));
-    const auto size = static_cast<std::size_t>(set.vertex_count()) * kFeatureDim;
+    const auto size = static_cast<std::size_t>(file.vertex_count()) * kFeatureDim;
     for (std::size_t first = 0; first < shapes.size(); first += kBatch) {
         const std::span<const int> batch = std::span<const int>(shapes).subspan(
             first, std::min<std::size_t>(kBatch, shapes.size() - first));
-        run.model->load_batch(std::span<const float>(scaled), batch);
+        run.model->load_batch(scaled, batch);
         run.model->forward();
         std::vector<float> decoded = run.model->reconstruction(levels);
         scaler.unscale(decoded);
@@ -87,13 +86,14 @@ Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureSe
             std::vector<float> result(
                 decoded.begin() + static_cast<std::ptrdiff_t>(m * size),
                 decoded.begin() + static_cast<std::ptrdiff_t>((m + 1) * size));
-            const std::vector<Point> input =
-                points_of(std::span(set.vertices).subspan(shape * size / 3, size / 3));
+            const std::vector<Point> input = points_of(file.vertices(batch[m]));
             const TriangleMesh mesh{reconstruction.solve(result, input).vertices,
-                                    set.reference.faces};
+                                    run.context().reference.faces};
             write_obj(fmt::format("{}/{}.obj", options.output, names[shape]), mesh);
             rms.add(input, mesh.vertices);
-            std::vector<float> truth(set.shape(batch[m]).begin(), set.shape(batch[m]).end());
+            const std::span<const float> features = file.shape(batch[m]);
+            std::vector<float> truth(features.begin(), features.end());
+            file.forget(batch[m]);
             const bool is_reference =
                 std::ranges::all_of(truth, [i = std::size_t{0}](float x) mutable {
                     return std::abs(x - kReferenceFeature[i++ % kFeatureDim]) < 1e-6F;
@@ -147,11 +147,11 @@ void run_decode(const DecodeOptions& options) {
             fmt::format("--levels: got {}, the model has {}", options.levels, all_levels));
     }
     const int levels = options.levels == 0 ? all_levels : options.levels;
-    const FeatureSet set = read_features(options.features);
-    require_same_mesh(set, run, options.features);
-    const std::vector<int> shapes = chosen_shapes(options, run, set.shape_count());
+    const FeatureFile file(options.features);
+    require_same_mesh(file.outline(), run, options.features);
+    const std::vector<int> shapes = chosen_shapes(options, run, file.shape_count());
     create_folder(options.output);
-    const Fit fit = decode_shapes(options, run, set, shapes, levels);
+    const Fit fit = decode_shapes(options, run, file, shapes, levels);
     if (options.common.json) {
         const nlohmann::ordered_json report{
             {"folder", options.output},

@@ -14,7 +14,6 @@
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
-#include "mscomp/base/safetensors.h"
 #include "mscomp/cli/config_file.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
@@ -22,6 +21,7 @@
 #include "mscomp/cli/split.h"
 #include "mscomp/nn/trainer.h"
 #include "mscomp_commands.h"
+#include "peak_memory.h"
 #include "trained_run.h"
 #include "training_log.h"
 
@@ -31,8 +31,8 @@ namespace {
 /// Everything a training run works on, in the order it is made.
 struct TrainingSetup {
     nn::Config config;
-    FeatureSet set;                        // features scaled in place
-    std::vector<FeatureExtreme> extremes;  // of the training features, before scaling
+    FeatureFile features;
+    FeatureScaler scaler;
     nn::ModelContext context;
     std::unique_ptr<NormalizedGeodesics> distances;
     std::unique_ptr<nn::StackedModel<float>> model;
@@ -75,66 +75,56 @@ void require_same_config(const nn::ModelFile& file, const nn::Config& config,
                     run, config_path(run)));
 }
 
-/// What the feature file says its data hash to; empty for files of other programs.
-std::string hash_of(const std::string& features) {
-    const SafetensorsFile file(features);
-    const auto found = file.metadata().find("xxh3");
-    return found == file.metadata().end() ? std::string() : found->second;
-}
-
 TrainingSetup prepare(const nn::Config& config) {
-    TrainingSetup setup;
-    setup.config = config;
-    setup.set = read_features(config.data.features);
-    const Split split = resolve_split(config.data.split, setup.set.shape_count(), "");
+    TrainingSetup setup{config, FeatureFile(config.data.features), {}, {}, nullptr, nullptr};
+    const FeatureSet& outline = setup.features.outline();
+    const Split split = resolve_split(config.data.split, outline.shape_count(), "");
     if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
-    const FeatureScaler scaler =
-        FeatureScaler::fit(setup.set, split.train,
-                           config.data.center == nn::Scaling::minmax ? FeatureCenter::minmax
-                                                                     : FeatureCenter::reference);
-    const FeatureScaler minmax = FeatureScaler::fit(setup.set, split.train, FeatureCenter::minmax);
+    const FeatureRanges ranges(setup.features, split.train);
+    setup.scaler =
+        ranges.scaler(config.data.center == nn::Scaling::minmax ? FeatureCenter::minmax
+                                                                : FeatureCenter::reference);
+    const FeatureScaler minmax = ranges.scaler(FeatureCenter::minmax);
     setup.context.minmax_offset = minmax.offset;
     setup.context.minmax_factor = minmax.factor;
-    scaler.scale(setup.set.features);
-    setup.extremes = scaler.extremes;
-    if (std::ranges::all_of(scaler.factor, [](double f) { return f == 0; })) {
+    if (std::ranges::all_of(setup.scaler.factor, [](double f) { return f == 0; })) {
         throw UsageError(fmt::format("{}: the training shapes do not differ from the reference",
                                      config.data.features));
     }
 
-    const HeatGeodesics geodesics(setup.set.reference);
+    const HeatGeodesics geodesics(outline.reference);
     const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
-    setup.distances = make_distances(setup.set.reference, normalizer);
+    setup.distances = make_distances(outline.reference, normalizer);
     setup.context.config = write_config(config, false);
     setup.context.source = config.data.features;
-    setup.context.source_hash = hash_of(config.data.features);
-    setup.context.weights = setup.set.weights;
-    setup.context.reference = setup.set.reference;
-    setup.context.offset = scaler.offset;
-    setup.context.factor = scaler.factor;
+    setup.context.source_hash = setup.features.data_hash();
+    setup.context.weights = outline.weights;
+    setup.context.reference = outline.reference;
+    setup.context.offset = setup.scaler.offset;
+    setup.context.factor = setup.scaler.factor;
     setup.context.largest_distance = normalizer.largest_distance;
     setup.context.largest_distance_exact = normalizer.exact;
     setup.context.train_shapes = split.train;
     setup.context.test_shapes = split.test;
     setup.model = std::make_unique<nn::StackedModel<float>>(
         config.model, config.loss,
-        one_rings_of_faces(setup.set.vertex_count(), setup.set.reference.faces), *setup.distances,
+        one_rings_of_faces(outline.vertex_count(), outline.reference.faces), *setup.distances,
         nn::training_options(config, static_cast<int>(split.train.size())));
     return setup;
 }
 
 void describe(const TrainingSetup& setup, const std::string& run, LineFile& log) {
     log.append(fmt::format("{}: {} shapes ({} train), {} vertices; run folder {}",
-                           setup.config.data.features, setup.set.shape_count(),
-                           setup.context.train_shapes.size(), setup.set.vertex_count(), run));
+                           setup.config.data.features, setup.features.shape_count(),
+                           setup.context.train_shapes.size(), setup.features.vertex_count(), run));
     log.append(fmt::format("largest geodesic distance {:.6g} ({})", setup.context.largest_distance,
                            setup.context.largest_distance_exact ? "exact" : "lower bound"));
-    for (const FeatureExtreme& extreme : setup.extremes) {
+    const std::vector<std::string>& names = setup.features.outline().names;
+    for (const FeatureExtreme& extreme : setup.scaler.extremes) {
         log.append(
-            fmt::format("extreme of the training features: channel {} is {:.6g} in {} at "
-                        "vertex {}",
+            fmt::format("extreme of the training features: channel {} is {:.6g} in {} at vertex {}",
                         extreme.channel, extreme.value,
-                        setup.set.names[static_cast<std::size_t>(extreme.shape)], extreme.vertex));
+                        names[static_cast<std::size_t>(extreme.shape)], extreme.vertex));
     }
 }
 
@@ -144,8 +134,9 @@ void save(const std::string& run, TrainingSetup& setup, nn::Trainer& trainer, Me
     metrics.sync();
     nn::write_model(checkpoint_path(run), *setup.model, setup.context, trainer.state(),
                     trainer.codes());
-    log.append(fmt::format("saved at epoch {}, step {}, loss {:.6g}", trainer.state().epoch,
-                           trainer.state().step, trainer.state().total));
+    log.append(fmt::format("saved at epoch {}, step {}, loss {:.6g}; peak memory {:.0f} MiB",
+                           trainer.state().epoch, trainer.state().step, trainer.state().total,
+                           peak_memory_mib()));
     log.sync();
 }
 
@@ -243,7 +234,8 @@ void run_train(const TrainOptions& options) {
         fmt::format("{:%Y-%m-%d %H:%M:%S} UTC  mscomp train {}", fmt::gmtime(now), options.config));
     describe(setup, run, log);
     write_file(config_path(run), write_config(config, true));
-    nn::Trainer trainer(*setup.model, setup.config, setup.set.features, setup.context.train_shapes);
+    const nn::ScaledFeatures features{setup.features, setup.scaler.offset, setup.scaler.factor};
+    nn::Trainer trainer(*setup.model, setup.config, features, setup.context.train_shapes);
     if (earlier) {
         earlier->load(*setup.model);
         trainer.resume(earlier->state());
@@ -252,8 +244,9 @@ void run_train(const TrainOptions& options) {
         trainer.start();
     }
     train(options, run, setup, trainer, log);
-    fmt::print("{}: {} epochs, {} steps, loss {:.6g}\n", run, trainer.state().epoch,
-               trainer.state().step, trainer.state().total);
+    fmt::print("{}: {} epochs, {} steps, loss {:.6g}; peak memory {:.0f} MiB\n", run,
+               trainer.state().epoch, trainer.state().step, trainer.state().total,
+               peak_memory_mib());
 }
 
 }  // namespace mscomp

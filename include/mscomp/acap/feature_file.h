@@ -9,6 +9,7 @@
 
 #include "mscomp/acap/feature_rows.h"
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/shape_features.h"
 
 namespace mscomp {
 
@@ -45,7 +46,7 @@ void write_features(const std::string& path, const FeatureSet& set);
 
 /// A feature file, memory-mapped: rows are handed out where they lie, and a set larger than memory
 /// can be worked with. Read once from end to end when it is opened, which checks everything.
-class FeatureFile {
+class FeatureFile final : public ShapeFeatures {
   public:
     /// The numbers per shape and all metadata may be missing (files of other programs); names then
     /// become shape_0000, ... and weights cotangent. Throws IoError, or InputError for missing
@@ -54,15 +55,17 @@ class FeatureFile {
     explicit FeatureFile(const std::string& path);
     FeatureFile(FeatureFile&&) noexcept;
     FeatureFile& operator=(FeatureFile&&) noexcept;
-    ~FeatureFile();
+    ~FeatureFile() override;
 
     const std::string& path() const;
-    int shape_count() const { return outline().shape_count(); }
-    int vertex_count() const { return outline().vertex_count(); }
-    std::span<const float> shape(int index) const;     // (V,9)
-    std::span<const float> vertices(int index) const;  // (V,3)
-    /// The rows of this shape need not stay in memory; they come back when they are used.
-    void forget(int index) const;
+    /// What the file says its data hash to (XXH3); empty for files of other programs.
+    std::string data_hash() const;
+    int shape_count() const override { return outline().shape_count(); }
+    int vertex_count() const override { return outline().vertex_count(); }
+    std::span<const float> shape(int index) const override;  // (V,9)
+    std::span<const float> vertices(int index) const;        // (V,3)
+    /// Features and vertices of this shape need not stay in memory.
+    void forget(int index) const override;
     /// Everything but the rows: `features` and `vertices` are empty.
     const FeatureSet& outline() const;
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/shape_features.h"
 
 namespace mscomp {
 
@@ -16,6 +17,27 @@ enum class FeatureCenter { reference, minmax };
 struct FeatureExtreme {
     float value = 0;
     int shape = -1, vertex = -1, channel = -1;
+};
+
+struct FeatureScaler;
+
+/// What values the r and the S channels of some shapes take.
+class FeatureRanges {
+  public:
+    /// Over `shapes`, which are read once, one after the other, and forgotten then. Throws
+    /// UsageError if there is none or one that `features` do not have, NumericalError if a value is
+    /// not finite.
+    FeatureRanges(const ShapeFeatures& features, std::span<const int> shapes);
+    FeatureScaler scaler(FeatureCenter center) const;
+
+  private:
+    struct Group {
+        FeatureExtreme smallest, largest;
+        double deviation = 0;  // from the reference's feature, largest
+    };
+    void add(std::span<const float> values, int shape);
+
+    std::array<Group, 2> groups_;  // r, S
 };
 
 /// The affine map between ACAP features and what the network sees, one map for the three r channels
@@ -30,7 +52,7 @@ struct FeatureScaler {
     std::array<double, kFeatureDim> factor{};
     std::vector<FeatureExtreme> extremes;  // smallest and largest r, smallest and largest S entry
 
-    /// Fits the ranges over `shapes` (indices into `set`). Throws UsageError if there is none.
+    /// Fits the ranges over `shapes` (indices into `set`). Throws as FeatureRanges does.
     static FeatureScaler fit(const FeatureSet& set, std::span<const int> shapes,
                              FeatureCenter center);
 

@@ -27,7 +27,9 @@ class MemoryFeatures final : public ShapeFeatures {
     MemoryFeatures(std::span<const float> features, int vertex_count)
         : features_(features), vertex_count_(vertex_count) {}
 
-    int shape_count() const override { return static_cast<int>(features_.size() / width()); }
+    int shape_count() const override {
+        return width() == 0 ? 0 : static_cast<int>(features_.size() / width());
+    }
     int vertex_count() const override { return vertex_count_; }
     std::span<const float> shape(int index) const override {
         return features_.subspan(static_cast<std::size_t>(index) * width(), width());
