@@ -7,8 +7,8 @@
 // and picked with them.
 //
 // Rows are [vertex][channel][lanes], lanes a multiple of 8, on 64-byte boundaries; component
-// weights are [k][vertex][channel], on no boundary; codes are [k][lanes]. Kernels work on a piece of
-// consecutive rows and touch no shared output, so that callers decide about threads.
+// weights are [k][vertex][channel], on no boundary; codes are [k][lanes]. Kernels work on a piece
+// of consecutive rows and touch no shared output, so that callers decide about threads.
 namespace mscomp::nn {
 
 /// A symmetric matrix over vertices: `diagonal` on the diagonal, weights[n] at neighbors[n].

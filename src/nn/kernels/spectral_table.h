@@ -16,8 +16,8 @@ template <class T>
 using Eight = typename VectorOf<T, (register_width<T>() > 8 ? 8 : register_width<T>())>::type;
 
 // Chooses the register by the numbers per row: an argument list, twice.
-#define MSCOMP_BY_SIZE(size, name, ...)                                    \
-    ((size) % register_width<T>() == 0 ? name<T, Whole<T>>(__VA_ARGS__)    \
+#define MSCOMP_BY_SIZE(size, name, ...)                                 \
+    ((size) % register_width<T>() == 0 ? name<T, Whole<T>>(__VA_ARGS__) \
                                        : name<T, Eight<T>>(__VA_ARGS__))
 
 template <class T>

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace mscomp::nn {
+
+/// Largest eigenvalue of the normalised Laplacian: 2 (its bound, the authors' code) or computed.
+enum class LambdaMax { two, exact };
+/// What C_std f is: log sigma^2, or sigma itself ([B] eq. 4 as printed).
+enum class Spread { log_variance, linear };
+/// Where the straight-through slope dDelta/dd = -1 holds: outside the range, or everywhere.
+enum class StraightThrough { outside, identity };
+/// Phi(d): sum of max(d_k, 0), or |d| ([B] eq. 8 as printed).
+enum class RangeTerm { sum, l2 };
+
+/// The spectral VAE of [B] with the readings of method §4; defaults are the recommended ones.
+struct SpectralConfig {
+    int components = 50;    // K, latent dimension, >= 1
+    int filter_order = 3;   // H of the Chebyshev convolutions, 1 to 16
+    int conv_channels = 9;  // d' of f, >= 1
+    bool tied = true;       // the decoder filters with theta; else, or where d' is not 9, its own
+    LambdaMax lambda_max = LambdaMax::two;
+    Spread spread = Spread::log_variance;
+    double kl_epsilon = 1e-8;  // inside the logarithm of a linear sigma, >= 0
+    StraightThrough straight_through = StraightThrough::outside;
+    RangeTerm range_term = RangeTerm::sum;
+    double initial_range = 0.2;  // d_k at the start, normalised geodesic distance, [0, 1]
+
+    bool own_decoder() const { return !tied || conv_channels != 9; }
+};
+
+/// Weights of the terms of the loss, all >= 0, [B] eq. 13.
+struct SpectralLossConfig {
+    double reconstruction = 1.0;
+    double kl = 0.01;
+    double sparsity = 1000.0;     // Omega
+    double range = 1.0;           // Pi
+    double sparsity_range = 1.0;  // Phi
+    double range_limit = 5.0;     // theta of Pi
+};
+
+}  // namespace mscomp::nn
