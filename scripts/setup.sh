@@ -5,7 +5,7 @@
 set -euo pipefail
 
 packages=(g++ cmake ninja-build libeigen3-dev libceres-dev libopenmesh-dev libcli11-dev
-          libgtest-dev libgmock-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev
+          libgtest-dev libgmock-dev libyaml-cpp-dev nlohmann-json3-dev libsuitesparse-dev libfmt-dev
           libstb-dev libxxhash-dev libtinyobjloader-dev libbenchmark-dev zlib1g-dev libhdf5-dev)
 case "${1:-}" in
     "") ;;

@@ -5,11 +5,13 @@ namespace mscomp {
 
 void add_laplacian(const OneRings& rings, const std::vector<double>& weights, double share,
                    MatrixEntries& entries) {
+    entries.reserve(entries.size() + 3 * (rings.neighbors.size() / 2));
     for (int i = 0; i < rings.vertex_count(); ++i) {
         for (int at = rings.offsets[static_cast<std::size_t>(i)];
              at < rings.offsets[static_cast<std::size_t>(i) + 1]; ++at) {
             const auto k = static_cast<std::size_t>(at);
             entries.emplace_back(i, i, share * weights[k]);
+            if (rings.neighbors[k] > i) continue;
             entries.emplace_back(i, rings.neighbors[k], -share * weights[k]);
         }
     }
@@ -17,6 +19,12 @@ void add_laplacian(const OneRings& rings, const std::vector<double>& weights, do
 
 void add_ring_squares(const OneRings& rings, const std::vector<Eigen::Vector3d>& factors,
                       MatrixEntries& entries) {
+    std::size_t count = 0;
+    for (int i = 0; i < rings.vertex_count(); ++i) {
+        const auto size = static_cast<std::size_t>(rings.degree(i)) + 1;
+        count += size * (size + 1) / 2;
+    }
+    entries.reserve(entries.size() + count);
     std::vector<int> members;
     std::vector<Eigen::Vector3d> columns;
     for (int i = 0; i < rings.vertex_count(); ++i) {
@@ -31,34 +39,41 @@ void add_ring_squares(const OneRings& rings, const std::vector<Eigen::Vector3d>&
         }
         for (std::size_t a = 0; a < members.size(); ++a) {
             for (std::size_t b = 0; b < members.size(); ++b) {
+                if (members[b] > members[a]) continue;
                 entries.emplace_back(members[a], members[b], columns[a].dot(columns[b]));
             }
         }
     }
 }
 
-AnchoredSystem::AnchoredSystem(const MatrixEntries& entries, int vertex_count,
-                               const std::vector<int>& anchors, const std::string& name)
+AnchoredSystem::AnchoredSystem(MatrixEntries entries, int vertex_count,
+                               const std::vector<int>& anchors, const std::string& name,
+                               const AnchoredSystem* like)
     : unknown_(static_cast<std::size_t>(vertex_count), 0) {
     for (const int anchor : anchors) unknown_[static_cast<std::size_t>(anchor)] = -1;
     for (int& row : unknown_) {
         if (row == 0) row = unknown_count_++;
     }
-    MatrixEntries kept;
-    kept.reserve(entries.size());
+    std::size_t kept = 0;
     for (const auto& entry : entries) {
         const int row = unknown_[static_cast<std::size_t>(entry.row())];
         const int column = unknown_[static_cast<std::size_t>(entry.col())];
-        if (row >= 0 && column >= 0) kept.emplace_back(row, column, entry.value());
+        if (row >= 0 && column >= 0) entries[kept++] = {row, column, entry.value()};
     }
+    entries.resize(kept);
+    if (unknown_count_ == 0) return;
     Eigen::SparseMatrix<double> matrix(unknown_count_, unknown_count_);
-    matrix.setFromTriplets(kept.begin(), kept.end());
-    if (unknown_count_ > 0) factor_.emplace(matrix, name);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    entries = {};
+    if (like != nullptr) {
+        factor_.emplace(matrix, name, *like->factor_);
+    } else {
+        factor_.emplace(matrix, name);
+    }
 }
 
 std::vector<Point> AnchoredSystem::solve(const std::vector<Point>& right_hand_sides) const {
-    using Lanes = BlockCholesky<4>::Lanes;
-    std::vector<Lanes> rows(static_cast<std::size_t>(unknown_count_)), work;
+    std::vector<Lanes<4>> rows(static_cast<std::size_t>(unknown_count_)), work;
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
         if (unknown_[i] < 0) continue;
         const auto& [x, y, z] = right_hand_sides[i];

@@ -12,7 +12,8 @@
 
 namespace mscomp {
 
-using MatrixEntries = std::vector<Eigen::Triplet<double>>;  // those of equal place are summed
+/// The lower triangle of a symmetric matrix; entries of equal place are summed.
+using MatrixEntries = std::vector<Eigen::Triplet<double>>;
 
 /// Adds share x the Laplacian Σ_edges c_ij (x_i - x_j)²; `weights` beside rings.neighbors.
 void add_laplacian(const OneRings& rings, const std::vector<double>& weights, double share,
@@ -27,9 +28,11 @@ void add_ring_squares(const OneRings& rings, const std::vector<Eigen::Vector3d>&
 /// connected components, made definite by holding one vertex of each at 0, factorised once.
 class AnchoredSystem {
   public:
-    /// `name` appears in the message. Throws NumericalError if it cannot be factorised.
-    AnchoredSystem(const MatrixEntries& entries, int vertex_count, const std::vector<int>& anchors,
-                   const std::string& name);
+    /// `name` appears in the message; `like`, if given, is a system with the same anchors and about
+    /// the same entries, whose order of elimination is taken over. Throws NumericalError if it
+    /// cannot be factorised.
+    AnchoredSystem(MatrixEntries entries, int vertex_count, const std::vector<int>& anchors,
+                   const std::string& name, const AnchoredSystem* like = nullptr);
 
     /// (V) solution of three right-hand sides (V), 0 at the anchors whatever stands there.
     std::vector<Point> solve(const std::vector<Point>& right_hand_sides) const;
@@ -37,7 +40,7 @@ class AnchoredSystem {
   private:
     std::vector<int> unknown_;  // (V) row of the system, -1 for the anchors
     int unknown_count_ = 0;
-    std::optional<BlockCholesky<4>> factor_;  // three right-hand sides and one lane left empty
+    std::optional<BlockCholesky> factor_;
 };
 
 }  // namespace mscomp

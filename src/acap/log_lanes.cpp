@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "vector_widths.h"
+#include "mscomp/base/vector_widths.h"
 
 namespace mscomp {
 namespace {

@@ -111,7 +111,7 @@ struct LosslessReconstruction::State {
           poisson(mesh, weights),
           tangential(equations, placement.first_vertices()),
           system(constant_matrix(equations), mesh.vertex_count(), placement.first_vertices(),
-                 "the matrix of the lossless reconstruction"),
+                 "the matrix of the lossless reconstruction", &tangential.system()),
           smallest_step(kSmallestStep * half_diagonal(mesh.vertices)) {}
 
     FeatureEquations equations;

@@ -10,7 +10,6 @@ namespace {
 
 MatrixEntries laplacian(const OneRings& rings, const std::vector<double>& weights) {
     MatrixEntries entries;
-    entries.reserve(2 * weights.size());
     add_laplacian(rings, weights, 1, entries);
     return entries;
 }

@@ -23,6 +23,9 @@ class TangentialSolve {
     double residual(const std::vector<Eigen::Matrix3d>& wanted,
                     const std::vector<Point>& shape) const;
 
+    /// Has nearly the pattern of all systems on two rings.
+    const AnchoredSystem& system() const { return system_; }
+
   private:
     Eigen::Matrix3d missing(std::size_t vertex, const std::vector<Eigen::Matrix3d>& wanted,
                             const std::vector<Point>& shape) const;

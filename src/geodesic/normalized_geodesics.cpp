@@ -17,7 +17,7 @@ using SourceSets = std::vector<std::vector<int>>;
 /// Rows held in memory at once while looking for the largest distance.
 constexpr std::size_t kRowsAtOnce = 256;
 /// Sweeps stop growing after two or three; the rest is for awkward shapes.
-constexpr int kSweeps = 8;
+constexpr std::size_t kSweeps = 8;
 constexpr int kFarthestPoints = 24;
 
 double largest_finite(const Row& row) {
@@ -77,7 +77,10 @@ double swept_largest(const HeatGeodesics& geodesics) {
         return row;
     };
     std::vector<int> sources = farthest_in_each(Row(components.size(), 0.0), components);
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    SourceSets seen;
+    // Sources that come again would only bring the same rows again.
+    while (seen.size() < kSweeps && std::ranges::find(seen, sources) == seen.end()) {
+        seen.push_back(sources);
         sources = farthest_in_each(row_from(sources), components);
     }
     for (int i = 0; i < kFarthestPoints; ++i) row_from(farthest_in_each(nearest, components));
@@ -92,41 +95,38 @@ GeodesicNormalizer geodesic_normalizer(const HeatGeodesics& geodesics, int exact
     return {swept_largest(geodesics), false};
 }
 
-NormalizedGeodesics::NormalizedGeodesics(HeatGeodesics geodesics, double largest_distance)
-    : geodesics_(std::move(geodesics)),
-      largest_distance_(largest_distance),
-      rows_(static_cast<std::size_t>(geodesics_.vertex_count())) {
+NormalizedGeodesics::NormalizedGeodesics(HeatGeodesics geodesics, double largest_distance,
+                                         std::size_t cache_bytes)
+    : geodesics_(std::move(geodesics)), largest_distance_(largest_distance), cache_(cache_bytes) {
     if (!(largest_distance >= 0) || !std::isfinite(largest_distance)) {
         throw NumericalError(fmt::format(
             "geodesics: the normaliser is {}, wanted a finite distance >= 0", largest_distance));
     }
 }
 
+std::span<const double> NormalizedGeodesics::store(int vertex, Row distances) {
+    for (double& distance : distances) {
+        // Where all distances are 0 so is the normaliser: 0, not 0 / 0.
+        if (distance > 0) distance = std::min(distance / largest_distance_, 1.0);
+    }
+    return cache_.put(vertex, std::move(distances));
+}
+
 void NormalizedGeodesics::prepare(std::span<const int> vertices) {
+    cache_.start_round();
     std::vector<int> missing;
     for (const int vertex : vertices) {
-        if (rows_.at(static_cast<std::size_t>(vertex)).empty()) missing.push_back(vertex);
+        if (!cache_.find(vertex)) missing.push_back(vertex);
     }
     std::sort(missing.begin(), missing.end());
     missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
     std::vector<Row> computed = geodesics_.distance_rows(missing);
-    for (std::size_t k = 0; k < missing.size(); ++k) {
-        for (double& distance : computed[k]) {
-            // Where all distances are 0 so is the normaliser: 0, not 0 / 0.
-            if (distance > 0) distance = std::min(distance / largest_distance_, 1.0);
-        }
-        rows_[static_cast<std::size_t>(missing[k])] = std::move(computed[k]);
-    }
+    for (std::size_t k = 0; k < missing.size(); ++k) store(missing[k], std::move(computed[k]));
 }
 
 std::span<const double> NormalizedGeodesics::row(int vertex) {
-    prepare(std::span<const int>(&vertex, 1));
-    return rows_[static_cast<std::size_t>(vertex)];
-}
-
-int NormalizedGeodesics::cached_rows() const {
-    return static_cast<int>(
-        std::count_if(rows_.begin(), rows_.end(), [](const Row& row) { return !row.empty(); }));
+    if (const auto known = cache_.find(vertex)) return *known;
+    return store(vertex, geodesics_.distances(vertex));
 }
 
 }  // namespace mscomp

@@ -1,72 +1,54 @@
 // SPDX-License-Identifier: MIT
 #include "mscomp/linear/block_cholesky.h"
 
-#include <fmt/format.h>
-
-#include <Eigen/SparseCholesky>
-#include <cmath>
-
-#include "mscomp/base/error.h"
+#include "factor.h"
 
 namespace mscomp {
 
-template <std::size_t kLanes>
-BlockCholesky<kLanes>::BlockCholesky(const Eigen::SparseMatrix<double>& A,
-                                     const std::string& name) {
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>>
-        factor(A);
-    const auto size = static_cast<std::size_t>(A.rows());
-    if (factor.info() != Eigen::Success) {
-        throw NumericalError(fmt::format("{} ({} rows) cannot be factorised", name, size));
-    }
-    const Eigen::SparseMatrix<double> L = factor.matrixL().nestedExpression();
-    column_begin_.assign(1, 0);
-    position_.resize(size);
-    for (std::size_t j = 0; j < size; ++j) {
-        const auto column = static_cast<Eigen::Index>(j);
-        const double pivot = factor.vectorD()[column];
-        if (!(pivot > 0) || !std::isfinite(pivot)) {
-            throw NumericalError(
-                fmt::format("pivot {} of {} is {}, wanted a positive number", j, name, pivot));
-        }
-        inverse_of_diagonal_.push_back(1 / pivot);
-        position_[j] = factor.permutationP().indices()[column];
-        for (Eigen::SparseMatrix<double>::InnerIterator it(L, column); it; ++it) {
-            if (it.row() <= it.col()) continue;
-            row_.push_back(static_cast<int>(it.row()));
-            value_.push_back(it.value());
-        }
-        column_begin_.push_back(static_cast<int>(row_.size()));
+BlockCholesky::BlockCholesky(const Eigen::SparseMatrix<double>& A, const std::string& name,
+                             Elimination elimination) {
+    const bool large = elimination == Elimination::automatic
+                           ? A.rows() >= kLargeSystem
+                           : elimination == Elimination::nested_dissection;
+    if (large) {
+        factor_ = std::make_unique<Supernodal>(A, name, nullptr);
+    } else {
+        factor_ = std::make_unique<Simplicial>(A, name);
     }
 }
 
-template <std::size_t kLanes>
-void BlockCholesky<kLanes>::solve(std::vector<Lanes>& x, std::vector<Lanes>& work) const {
-    const std::size_t size = position_.size();
-    work.resize(size);
-    for (std::size_t i = 0; i < size; ++i) work[static_cast<std::size_t>(position_[i])] = x[i];
-    for (std::size_t j = 0; j < size; ++j) {
-        const Lanes pivot = work[j];
-        for (int k = column_begin_[j]; k < column_begin_[j + 1]; ++k) {
-            const double value = value_[static_cast<std::size_t>(k)];
-            Lanes& target = work[static_cast<std::size_t>(row_[static_cast<std::size_t>(k)])];
-            for (std::size_t lane = 0; lane < kLanes; ++lane) target[lane] -= value * pivot[lane];
-        }
+BlockCholesky::BlockCholesky(const Eigen::SparseMatrix<double>& A, const std::string& name,
+                             const BlockCholesky& like) {
+    if (const auto* supernodal = dynamic_cast<const Supernodal*>(like.factor_.get())) {
+        factor_ = std::make_unique<Supernodal>(A, name, supernodal);
+    } else {
+        factor_ = std::make_unique<Simplicial>(A, name);
     }
-    for (std::size_t j = size; j-- > 0;) {
-        Lanes sum = work[j];
-        for (double& entry : sum) entry *= inverse_of_diagonal_[j];
-        for (int k = column_begin_[j]; k < column_begin_[j + 1]; ++k) {
-            const double value = value_[static_cast<std::size_t>(k)];
-            const Lanes& solved = work[static_cast<std::size_t>(row_[static_cast<std::size_t>(k)])];
-            for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] -= value * solved[lane];
-        }
-        work[j] = sum;
-    }
-    for (std::size_t i = 0; i < size; ++i) x[i] = work[static_cast<std::size_t>(position_[i])];
 }
 
-template class BlockCholesky<4>;
-template class BlockCholesky<8>;
+BlockCholesky::BlockCholesky(BlockCholesky&&) noexcept = default;
+BlockCholesky& BlockCholesky::operator=(BlockCholesky&&) noexcept = default;
+BlockCholesky::~BlockCholesky() = default;
+
+template <std::size_t kLanes>
+void BlockCholesky::solve(std::vector<Lanes<kLanes>>& x, std::vector<Lanes<kLanes>>& work) const {
+    const std::vector<int>& position = factor_->position();
+    if (position.empty()) return;
+    work.resize(position.size());
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        work[static_cast<std::size_t>(position[i])] = x[i];
+    }
+    factor_->substitute(work.front().data(), kLanes);
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        x[i] = work[static_cast<std::size_t>(position[i])];
+    }
+}
+
+template void BlockCholesky::solve(std::vector<Lanes<1>>&, std::vector<Lanes<1>>&) const;
+template void BlockCholesky::solve(std::vector<Lanes<4>>&, std::vector<Lanes<4>>&) const;
+template void BlockCholesky::solve(std::vector<Lanes<8>>&, std::vector<Lanes<8>>&) const;
+
+Elimination BlockCholesky::elimination() const { return factor_->elimination(); }
+std::size_t BlockCholesky::stored_numbers() const { return factor_->stored_numbers(); }
 
 }  // namespace mscomp

@@ -66,27 +66,45 @@ OneRings reordered(const OneRings& rings, const VertexOrder& order) {
     return result;
 }
 
-ReorderedDistances::ReorderedDistances(DistanceRows& user_rows, const VertexOrder& order)
-    : user_rows_(user_rows), order_(order), rows_(static_cast<std::size_t>(order.vertex_count())) {}
+ReorderedDistances::ReorderedDistances(DistanceRows& user_rows, const VertexOrder& order,
+                                       std::size_t cache_bytes)
+    : user_rows_(user_rows), order_(order), cache_(cache_bytes) {}
 
 void ReorderedDistances::prepare(std::span<const int> vertices) {
+    cache_.start_round();
     std::vector<int> fresh;
     for (const int vertex : vertices) {
-        if (!rows_[static_cast<std::size_t>(vertex)].empty()) continue;
-        fresh.push_back(order_.to_user[static_cast<std::size_t>(vertex)]);
+        if (!cache_.find(vertex)) fresh.push_back(vertex);
     }
-    if (!fresh.empty()) user_rows_.prepare(fresh);
+    std::sort(fresh.begin(), fresh.end());
+    fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+    // Some at a time, so that not all are there twice at once.
+    constexpr std::size_t kRowsAtOnce = 32;
+    std::vector<int> user;
+    for (std::size_t begin = 0; begin < fresh.size(); begin += kRowsAtOnce) {
+        const std::size_t end = std::min(begin + kRowsAtOnce, fresh.size());
+        user.clear();
+        for (std::size_t k = begin; k < end; ++k) {
+            user.push_back(order_.to_user[static_cast<std::size_t>(fresh[k])]);
+        }
+        user_rows_.prepare(user);
+        for (std::size_t k = begin; k < end; ++k) {
+            cache_.put(fresh[k], copy_of(user_rows_.row(user[k - begin])));
+        }
+    }
 }
 
 std::span<const double> ReorderedDistances::row(int vertex) {
-    std::vector<double>& cached = rows_[static_cast<std::size_t>(vertex)];
-    if (cached.empty()) {
-        const std::span<const double> user =
-            user_rows_.row(order_.to_user[static_cast<std::size_t>(vertex)]);
-        cached.reserve(user.size());
-        for (const int at : order_.to_user) cached.push_back(user[static_cast<std::size_t>(at)]);
-    }
-    return cached;
+    if (const auto known = cache_.find(vertex)) return *known;
+    return cache_.put(vertex,
+                      copy_of(user_rows_.row(order_.to_user[static_cast<std::size_t>(vertex)])));
+}
+
+std::vector<double> ReorderedDistances::copy_of(std::span<const double> user_row) const {
+    std::vector<double> copy;
+    copy.reserve(user_row.size());
+    for (const int at : order_.to_user) copy.push_back(user_row[static_cast<std::size_t>(at)]);
+    return copy;
 }
 
 }  // namespace mscomp::nn

@@ -29,9 +29,9 @@ template <std::size_t kLanes>
 void expect_solves() {
     const int size = 37;
     const Matrix a = ring_matrix(size);
-    const BlockCholesky<kLanes> factor(a, "a ring");
+    const BlockCholesky factor(a, "a ring");
     const CounterRandom random(1, 2);
-    std::vector<typename BlockCholesky<kLanes>::Lanes> b(size), x, work;
+    std::vector<Lanes<kLanes>> b(size), x, work;
     std::uint64_t draw = 0;
     for (auto& row : b) {
         for (double& value : row) value = random.normal(draw++);
@@ -54,8 +54,8 @@ TEST(BlockCholesky, SolvesForEveryLane) {
 }
 
 TEST(BlockCholesky, LanesDoNotSeeEachOther) {
-    const BlockCholesky<4> factor(ring_matrix(11), "a ring");
-    std::vector<BlockCholesky<4>::Lanes> one(11, {1, 0, 0, 0}), other(11, {1, 5, -7, 1e100}), work;
+    const BlockCholesky factor(ring_matrix(11), "a ring");
+    std::vector<Lanes<4>> one(11, {1, 0, 0, 0}), other(11, {1, 5, -7, 1e100}), work;
     factor.solve(one, work);
     factor.solve(other, work);
     for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i][0], other[i][0]);
@@ -64,9 +64,9 @@ TEST(BlockCholesky, LanesDoNotSeeEachOther) {
 // The Laplacian alone has the constants as its kernel; minus it is negative.
 TEST(BlockCholesky, RefusesWhatIsNotPositiveDefinite) {
     Matrix negative = -ring_matrix(5);
-    EXPECT_THROW(BlockCholesky<4>(negative, "minus a ring"), NumericalError);
+    EXPECT_THROW(BlockCholesky(negative, "minus a ring"), NumericalError);
     Matrix zero(3, 3);
-    EXPECT_THROW(BlockCholesky<4>(zero, "nothing"), NumericalError);
+    EXPECT_THROW(BlockCholesky(zero, "nothing"), NumericalError);
 }
 
 }  // namespace

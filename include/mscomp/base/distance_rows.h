@@ -15,9 +15,11 @@ class DistanceRows {
 
     virtual int vertex_count() const = 0;
     /// (V) distances from `vertex`, in [0, 1] where 1 is the largest pairwise distance; another
-    /// connected component is at distance 1. The span stays valid as long as this object lives.
+    /// connected component is at distance 1. The span stays valid until the next call of prepare();
+    /// asking for further rows does not end it. The same bits whenever it is asked for.
     virtual std::span<const double> row(int vertex) = 0;
-    /// Says which rows come next, so that they can be computed together. Changes no result.
+    /// Says which rows come next, so that they are computed together and kept until the next call.
+    /// All spans handed out before end here, those of `vertices` too. Changes no result.
     virtual void prepare(std::span<const int> vertices) { static_cast<void>(vertices); }
 };
 
