@@ -112,7 +112,9 @@ def our_programs(bin_folder):
     ]
     spectral = os.path.join(bin_folder, "spectral_step_bench")
     if os.path.exists(spectral):
-        programs.append(("vae", Ours(spectral, "", "mscomp")))
+        programs += [("vae", Ours(spectral, "spectral_step/model:default/", "mscomp")),
+                     ("vae", Ours(spectral, "spectral_step/model:pytorch/",
+                                  "mscomp, PyTorch's model"))]
     return programs
 
 

@@ -25,6 +25,11 @@ KernelCases::KernelCases(const plain::Sizes& sizes)
     add_codes();
     add_losses();
     add_elementwise();
+    const Autoencoder shared = autoencoder();
+    add_encoder(shared);
+    add_decoder(shared);
+    add_input_gradient(shared);
+    add_children(shared);
 }
 
 const KernelCase& KernelCases::at(std::string_view name) const {

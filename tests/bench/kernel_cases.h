@@ -50,12 +50,32 @@ class KernelCases {
     void add_losses();
     void add_elementwise();
 
+    /// What the kernels of a whole autoencoder share; every vertex has a slot and acts.
+    struct Autoencoder {
+        ActiveRows<float> rows;
+        CodeSizes codes;
+        std::size_t packed;  // numbers in component weights [slot][9][padded]
+        const int* acting;
+        const float* lane_weight;
+    };
+    Autoencoder autoencoder();
+    AlignedVector<float>& random_components(const Autoencoder& shared, std::size_t rows);
+    void add_encoder(const Autoencoder& shared);
+    void add_decoder(const Autoencoder& shared);
+    void add_input_gradient(const Autoencoder& shared);
+    void add_children(const Autoencoder& shared);
+    void add_spectral_convolution();
+    void add_spectral_codes();
+    void add_spectral_elementwise();
+
     plain::Sizes sizes_;
     std::size_t rows_;  // numbers in rows of all vertices
     std::vector<int> offsets_, neighbors_;
     std::vector<float> inverse_degree_;
     Neighborhood<float> rings_;
-    std::deque<AlignedVector<float>> arrays_;  // references stay valid
+    std::deque<AlignedVector<float>> arrays_;  // references stay valid, here and below
+    std::deque<std::vector<int>> indices_;
+    std::deque<std::vector<ChildGradient<float>>> children_;
     std::deque<KernelCase> cases_;
 };
 

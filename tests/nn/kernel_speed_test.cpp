@@ -21,15 +21,22 @@ struct Floor {
 };
 constexpr Floor kFloors[] = {
     {"conv_forward", 3.9, 9.8, 16},
-    {"conv_backward", 1.8, 3.1, 4.4},
+    {"conv_backward", 1.6, 2.8, 4.1},
     {"conv_backward_activation", 2.5, 2.5, 2.5},
-    {"project", 4.2, 15, 22},
+    {"project", 3.2, 12, 19},
     {"expand", 3.1, 10, 15},
-    {"outer", 3.1, 4.2, 3.9},
+    {"outer", 2.8, 4, 3.6},
     {"squared_error", 2, 2.5, 3.7},
     {"masked_residual_backward", 1.4, 1.4, 1.4},
     {"tanh_forward", 4.2, 10, 13},
-    {"adam", 1.9, 2.2, 2.1},
+    {"adam", 1.8, 2.2, 2},
+    {"autoencoder_encode", 3.4, 8.5, 13},
+    {"autoencoder_encode_backward", 1.6, 4.7, 7},
+    {"autoencoder_decode", 4, 11, 17},
+    {"autoencoder_decode_backward", 1.8, 4.2, 6},
+    {"autoencoder_conv_backward", 1.9, 3.8, 5.3},
+    {"autoencoder_moments", 7, 11, 16},
+    {"autoencoder_gather_children", 4.8, 5.2, 5.4},
 };
 
 double processor_seconds() {
