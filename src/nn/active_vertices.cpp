@@ -29,7 +29,10 @@ ActiveVertices ActiveVertices::around(const OneRings& rings, std::span<const std
     for (int v = 0; v < rings.vertex_count(); ++v) {
         if (active.slot_of[at(v)] < 0) continue;
         active.slot_of[at(v)] = active.slot_count();
-        if (acts[at(v)] != 0) active.acting.push_back(active.slot_count());
+        if (acts[at(v)] != 0) {
+            active.acting.push_back(active.slot_count());
+            active.acting_vertices.push_back(v);
+        }
         active.vertices.push_back(v);
     }
     active.ring_offsets.push_back(0);
@@ -47,8 +50,7 @@ ActiveVertices ActiveVertices::all(const OneRings& rings) {
 }
 
 bool ActiveVertices::acts(int vertex) const {
-    const int slot = slot_of[at(vertex)];
-    return slot >= 0 && std::binary_search(acting.begin(), acting.end(), slot);
+    return std::ranges::binary_search(acting_vertices, vertex);
 }
 
 LevelSupports::LevelSupports(const OneRings& rings, int autoencoders)

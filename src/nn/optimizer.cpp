@@ -12,7 +12,6 @@ namespace mscomp::nn {
 namespace {
 
 constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kEpsilon = 1e-8;
-constexpr std::int64_t kParameterChunk = std::int64_t{1} << 15;
 
 double second_correction(std::int64_t step) {
     return 1 - std::pow(kBeta2, static_cast<double>(step));
@@ -42,14 +41,15 @@ template <class T>
 void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step) {
     const auto correction1 = static_cast<T>(1 - std::pow(kBeta1, static_cast<double>(step)));
     const auto correction2 = static_cast<T>(second_correction(step));
-    const Chunks chunks{static_cast<std::int64_t>(parameters.all_values().size()), kParameterChunk};
-    parallel_for(chunks.count(), [&](std::int64_t i) {
-        const std::int64_t first = chunks.begin(i);
-        kernels<T>().adam(
-            parameters.all_values().data() + first, parameters.all_moments1().data() + first,
-            parameters.all_moments2().data() + first, parameters.all_grads().data() + first,
-            chunks.end(i) - first, static_cast<T>(rate), static_cast<T>(kBeta1),
-            static_cast<T>(kBeta2), correction1, correction2, static_cast<T>(kEpsilon));
+    parallel_for(parameters.live_piece_count(), [&](std::int64_t piece) {
+        for (const auto& range : parameters.live_piece(static_cast<int>(piece))) {
+            kernels<T>().adam(parameters.all_values().data() + range.first,
+                              parameters.all_moments1().data() + range.first,
+                              parameters.all_moments2().data() + range.first,
+                              parameters.all_grads().data() + range.first, range.last - range.first,
+                              static_cast<T>(rate), static_cast<T>(kBeta1), static_cast<T>(kBeta2),
+                              correction1, correction2, static_cast<T>(kEpsilon));
+        }
     });
 }
 
@@ -59,18 +59,17 @@ void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, 
     const double correction = second_correction(step);
     const int vertices = model.vertex_count();
     for (const auto& level : model.levels()) {
-        const int rows = level.autoencoders * level.components;
         const std::span<T> weights = model.parameters().value(level.weights);
         const std::span<const T> moment2 = model.parameters().moment2(level.weights);
         const std::vector<SparsityRow>& around = level.sparsity->focus(std::span<const T>(weights));
-        parallel_for(rows, [&](std::int64_t row) {
-            for (int v = 0; v < vertices; ++v) {
-                const double lambda = around[static_cast<std::size_t>(row)].weight(v);
-                if (!(lambda > 0)) continue;
-                const std::int64_t at = (row * vertices + v) * kFeatureDim;
-                shrink(weights.data() + at,
-                       level.sparsity->lengths(row)[static_cast<std::size_t>(v)],
-                       moment2.data() + at, correction,
+        parallel_for(level.sparsity->row_count(), [&](std::int64_t row) {
+            const std::span<const int> acting = level.sparsity->acting(row);
+            const std::span<const double> length = level.sparsity->lengths(row);
+            for (std::size_t n = 0; n < acting.size(); ++n) {
+                const double lambda = around[static_cast<std::size_t>(row)].weight(acting[n]);
+                if (!(lambda > 0) || length[n] == 0) continue;
+                const std::int64_t at = (row * vertices + acting[n]) * kFeatureDim;
+                shrink(weights.data() + at, length[n], moment2.data() + at, correction,
                        rate * sparsity_weight * lambda / level.components);
             }
         });

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "mscomp/base/parallel.h"
+
 namespace mscomp::nn {
 
 std::int64_t element_count(const Extents& extents) {
@@ -21,12 +23,67 @@ int ParameterSet<T>::add(std::string name, Extents extents) {
     const auto size =
         static_cast<std::size_t>(offset + (count + kCacheLine - 1) / kCacheLine * kCacheLine);
     for (auto* all : {&values_, &grads_, &moments1_, &moments2_}) all->grow(size);
+    live_of_entry_.push_back({{0, count}});
+    cut_live();
     return static_cast<int>(entries_.size()) - 1;
 }
 
 template <class T>
 void ParameterSet<T>::zero_grad() {
-    std::fill(grads_.begin(), grads_.end(), T{0});
+    parallel_for(live_piece_count(), [&](std::int64_t piece) {
+        for (const Range& range : live_piece(static_cast<int>(piece))) {
+            std::fill(grads_.begin() + range.first, grads_.begin() + range.last, T{0});
+        }
+    });
+}
+
+template <class T>
+void ParameterSet<T>::set_live(int index, std::vector<Range> ranges) {
+    const auto i = static_cast<std::size_t>(index);
+    const Entry& e = entry(index);
+    // What stops being live leaves zeros behind.
+    auto next = ranges.begin();
+    for (const Range& before : live_of_entry_[i]) {
+        for (std::int64_t at = before.first; at < before.last;) {
+            while (next != ranges.end() && next->last <= at) ++next;
+            const bool is_live = next != ranges.end() && next->first <= at;
+            const std::int64_t stop = next == ranges.end() ? before.last
+                                      : is_live            ? std::min(next->last, before.last)
+                                                           : std::min(next->first, before.last);
+            if (!is_live) {
+                for (auto* all : {&grads_, &moments1_, &moments2_}) {
+                    std::fill(all->begin() + e.offset + at, all->begin() + e.offset + stop, T{0});
+                }
+            }
+            at = stop;
+        }
+    }
+    live_of_entry_[i] = std::move(ranges);
+    cut_live();
+}
+
+template <class T>
+void ParameterSet<T>::cut_live() {
+    constexpr std::int64_t kPiece = std::int64_t{1} << 15;
+    live_.clear();
+    first_of_piece_.assign(1, 0);
+    std::int64_t in_piece = 0;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+        for (Range range : live_of_entry_[i]) {
+            range.first += entries_[i].offset;
+            range.last += entries_[i].offset;
+            while (range.first < range.last) {
+                const std::int64_t stop = std::min(range.last, range.first + kPiece - in_piece);
+                live_.push_back({range.first, stop});
+                in_piece += stop - range.first;
+                range.first = stop;
+                if (in_piece < kPiece) continue;
+                first_of_piece_.push_back(live_.size());
+                in_piece = 0;
+            }
+        }
+    }
+    if (in_piece > 0) first_of_piece_.push_back(live_.size());
 }
 
 template class ParameterSet<float>;

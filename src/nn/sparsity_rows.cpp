@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
@@ -10,32 +11,44 @@
 namespace mscomp::nn {
 namespace {
 
-/// |C_i| of one component, (V).
+/// |C_i| of one component at `vertices`.
 template <class T>
-void measure(const T* component, std::span<double> lengths) {
-    for (std::size_t v = 0; v < lengths.size(); ++v) {
+void measure(const T* component, std::span<const int> vertices, std::span<double> lengths) {
+    for (std::size_t n = 0; n < lengths.size(); ++n) {
+        const T* c = component + static_cast<std::size_t>(vertices[n]) * kFeatureDim;
         double square = 0;
-        for (std::size_t c = 0; c < kFeatureDim; ++c) {
-            const auto x = static_cast<double>(component[v * kFeatureDim + c]);
-            square += x * x;
+        for (std::size_t i = 0; i < kFeatureDim; ++i) {
+            square += static_cast<double>(c[i]) * static_cast<double>(c[i]);
         }
-        lengths[v] = std::sqrt(square);
+        lengths[n] = std::sqrt(square);
     }
-}
-
-/// sum_i Lambda_i |C_i| of one component.
-double penalty(const SparsityRow& row, std::span<const double> lengths) {
-    double sum = 0;
-    for (std::size_t v = 0; v < lengths.size(); ++v) {
-        sum += row.weight(static_cast<int>(v)) * lengths[v];
-    }
-    return sum;
 }
 
 }  // namespace
 
-SparsityRows::SparsityRows(DistanceRows& distances, const LevelConfig& level, CenterRule rule)
-    : distances_(distances), level_(level), rule_(rule) {}
+SparsityRows::SparsityRows(DistanceRows& distances, const LevelConfig& level, CenterRule rule,
+                           const LevelSupports* supports)
+    : distances_(distances), level_(level), rule_(rule), supports_(supports) {
+    if (supports != nullptr) return;
+    all_vertices_.resize(static_cast<std::size_t>(distances.vertex_count()));
+    std::iota(all_vertices_.begin(), all_vertices_.end(), 0);
+}
+
+std::span<const int> SparsityRows::acting(std::int64_t row) const {
+    if (supports_ == nullptr) return all_vertices_;
+    return supports_->of(static_cast<int>(row / level_.components)).acting_vertices;
+}
+
+/// sum_i Lambda_i |C_i| of one component.
+double SparsityRows::penalty(const SparsityRow& around, std::int64_t row) const {
+    const std::span<const int> vertices = acting(row);
+    const std::span<const double> length = lengths(row);
+    double sum = 0;
+    for (std::size_t n = 0; n < vertices.size(); ++n) {
+        sum += around.weight(vertices[n]) * length[n];
+    }
+    return sum;
+}
 
 double SparsityRows::reach(std::span<const double> distances) const {
     // One tenth less than the range leaves room for the ring that the convolution adds around.
@@ -64,33 +77,38 @@ template <class T>
 const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component_weights) {
     const auto vertices = static_cast<std::size_t>(distances_.vertex_count());
     const std::size_t count = component_weights.size() / (vertices * kFeatureDim);
-    lengths_.resize(count * vertices);
-    std::vector<int> longest(count);
-    parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t k) {
-        const auto row =
-            std::span(lengths_).subspan(static_cast<std::size_t>(k) * vertices, vertices);
-        measure(component_weights.data() + static_cast<std::size_t>(k) * vertices * kFeatureDim,
-                row);
-        longest[static_cast<std::size_t>(k)] =
-            static_cast<int>(std::max_element(row.begin(), row.end()) - row.begin());
+    first_length_.assign(1, 0);
+    for (std::size_t k = 0; k < count; ++k) {
+        first_length_.push_back(first_length_.back() + acting(static_cast<std::int64_t>(k)).size());
+    }
+    lengths_.resize(first_length_.back());
+    longest_.resize(count);
+    centers_.resize(count, -1);
+    parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t row) {
+        const auto k = static_cast<std::size_t>(row);
+        const std::span<const int> at = acting(row);
+        const auto measured = std::span(lengths_).subspan(first_length_[k], at.size());
+        measure(component_weights.data() + k * vertices * kFeatureDim, at, measured);
+        const auto largest = std::max_element(measured.begin(), measured.end());
+        // A component that acts nowhere stays where it is.
+        longest_[k] = measured.empty() ? std::max(centers_[k], 0)
+                                       : at[static_cast<std::size_t>(largest - measured.begin())];
     });
 
-    centers_.resize(count, -1);
-    distances_.prepare(longest);
+    distances_.prepare(longest_);
     rows_.resize(count);
-    std::vector<SparsityRow> candidates;
+    candidates_.resize(count);
     for (std::size_t k = 0; k < count; ++k) {
-        if (rule_ == CenterRule::follow || centers_[k] < 0) centers_[k] = longest[k];
+        if (rule_ == CenterRule::follow || centers_[k] < 0) centers_[k] = longest_[k];
         rows_[k] = row(centers_[k]);
-        candidates.push_back(row(longest[k]));
+        candidates_[k] = row(longest_[k]);
     }
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
         const auto k = static_cast<std::size_t>(index);
-        if (centers_[k] == longest[k]) return;
-        const std::span<const double> length = lengths(index);
-        if (penalty(candidates[k], length) < penalty(rows_[k], length)) {
-            centers_[k] = longest[k];
-            rows_[k] = candidates[k];
+        if (centers_[k] == longest_[k]) return;
+        if (penalty(candidates_[k], index) < penalty(rows_[k], index)) {
+            centers_[k] = longest_[k];
+            rows_[k] = candidates_[k];
         }
     });
     return rows_;

@@ -38,11 +38,12 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
         Level level;
         level.autoencoders = autoencoders;
         level.components = config.levels[l].components;
+        supports_.push_back(std::make_unique<LevelSupports>(rings_.rings, autoencoders));
         sparsity_.push_back(std::make_unique<SparsityRows>(
             inner_distances_, config.levels[l],
-            options.sparsity_gradient ? CenterRule::follow : CenterRule::settle));
+            options.sparsity_gradient ? CenterRule::follow : CenterRule::settle,
+            supports_.back().get()));
         level.sparsity = sparsity_.back().get();
-        supports_.push_back(std::make_unique<LevelSupports>(rings_.rings, autoencoders));
         level.supports = supports_.back().get();
         const auto add = [&](const char* what, Extents extents) {
             extents.insert(extents.begin(), autoencoders);

@@ -14,11 +14,12 @@ namespace mscomp::nn {
 /// numbered by slots in rising order of the vertices. Everywhere else the output of the autoencoder
 /// is the constant tanh(bias of the decoder).
 struct ActiveVertices {
-    std::vector<int> vertices;      // (slots), rising
-    std::vector<int> acting;        // slots that act, rising
-    std::vector<int> ring_offsets;  // (slots+1) into ring_slots
-    std::vector<int> ring_slots;    // neighbours that have a slot: all of them where it acts
-    std::vector<int> slot_of;       // (V), -1 for vertices without one
+    std::vector<int> vertices;         // (slots), rising
+    std::vector<int> acting;           // slots that act, rising
+    std::vector<int> acting_vertices;  // their vertices
+    std::vector<int> ring_offsets;     // (slots+1) into ring_slots
+    std::vector<int> ring_slots;       // neighbours that have a slot: all of them where it acts
+    std::vector<int> slot_of;          // (V), -1 for vertices without one
 
     /// `acts` (V), nonzero where a vertex acts.
     static ActiveVertices around(const OneRings& rings, std::span<const std::uint8_t> acts);

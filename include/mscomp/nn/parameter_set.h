@@ -47,10 +47,28 @@ class ParameterSet {
     std::span<T> all_moments1() { return moments1_; }
     std::span<T> all_moments2() { return moments2_; }
     void zero_grad();
+
+    /// Elements [first, last) of a parameter or of the whole allocations.
+    struct Range {
+        std::int64_t first = 0, last = 0;
+    };
+    /// Says where parameter `index` can have a gradient: rising ranges of its elements, everything
+    /// at first. What is not live is zero in gradients and moments and stays as it is in steps.
+    void set_live(int index, std::vector<Range> ranges);
+    /// All live elements, in pieces of about the same size that do not depend on the number of
+    /// threads.
+    int live_piece_count() const { return static_cast<int>(first_of_piece_.size()) - 1; }
+    std::span<const Range> live_piece(int piece) const {
+        const auto i = static_cast<std::size_t>(piece);
+        return std::span(live_).subspan(first_of_piece_[i],
+                                        first_of_piece_[i + 1] - first_of_piece_[i]);
+    }
     /// All values zero, as before their first use. Spans stay valid.
     void reset_values() { values_.reset(); }
 
   private:
+    void cut_live();
+
     template <class Vector>
     auto slice(Vector& all, int index) const {
         const Entry& e = entry(index);
@@ -59,6 +77,9 @@ class ParameterSet {
     }
 
     std::vector<Entry> entries_;
+    std::vector<std::vector<Range>> live_of_entry_;  // elements of each parameter
+    std::vector<Range> live_;                        // of the allocations
+    std::vector<std::size_t> first_of_piece_{0};     // into live_
     ZeroedArray<T> values_, grads_, moments1_, moments2_;
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mscomp/base/distance_rows.h"
+#include "mscomp/nn/active_vertices.h"
 #include "mscomp/nn/config.h"
 
 namespace mscomp::nn {
@@ -39,17 +40,22 @@ enum class CenterRule {
 /// where it lives; together with exact zeros that destroys it. `settle` never raises the penalty.
 class SparsityRows {
   public:
-    /// Borrows `distances`.
-    SparsityRows(DistanceRows& distances, const LevelConfig& level, CenterRule rule);
+    /// Borrows `distances` and `supports`; without supports every vertex acts.
+    SparsityRows(DistanceRows& distances, const LevelConfig& level, CenterRule rule,
+                 const LevelSupports* supports = nullptr);
 
     /// Updates the centres for component weights (rows,V,9) and returns one row for each.
     template <class T>
     const std::vector<SparsityRow>& focus(std::span<const T> component_weights);
 
-    /// |C_k,i| of component `row` at the last focus, (V).
+    std::int64_t row_count() const { return static_cast<std::int64_t>(rows_.size()); }
+    /// Vertices that act in component `row`, rising; its weights are zero elsewhere.
+    std::span<const int> acting(std::int64_t row) const;
+    /// |C_k,i| of them at the last focus.
     std::span<const double> lengths(std::int64_t row) const {
-        const auto size = static_cast<std::size_t>(distances_.vertex_count());
-        return std::span(lengths_).subspan(static_cast<std::size_t>(row) * size, size);
+        const auto i = static_cast<std::size_t>(row);
+        return std::span(lengths_).subspan(first_length_[i],
+                                           first_length_[i + 1] - first_length_[i]);
     }
 
     /// Centres of the last focus or as set; -1 where there is none yet.
@@ -60,13 +66,19 @@ class SparsityRows {
 
   private:
     double reach(std::span<const double> distances) const;
+    double penalty(const SparsityRow& around, std::int64_t row) const;
 
     DistanceRows& distances_;
     LevelConfig level_;
     CenterRule rule_;
+    const LevelSupports* supports_;
+    std::vector<int> all_vertices_;  // where there are no supports
     std::vector<int> centers_;
     std::vector<SparsityRow> rows_;
-    std::vector<double> lengths_;              // (rows,V)
+    std::vector<double> lengths_;            // of the acting vertices of every row
+    std::vector<std::size_t> first_length_;  // (rows+1) into them
+    std::vector<int> longest_;               // (rows) at the last focus
+    std::vector<SparsityRow> candidates_;
     std::unordered_map<int, double> reaches_;  // by centre
 };
 

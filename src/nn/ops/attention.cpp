@@ -2,6 +2,8 @@
 // From one level to the next: masks from component weights, masked residuals as inputs of the
 // children.
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "../kernels/kernels.h"
 #include "batch.h"
@@ -36,10 +38,11 @@ class AttentionMask final : public Op<T> {
     void forward(Tape<T>& tape) override {
         const std::span<T> mask = tape.value(mask_);
         for_each_chunk(autoencoders_, vertices_, [&](std::int64_t a, std::int64_t, int b, int e) {
-            std::vector<T> column(static_cast<std::size_t>(components_));
+            const Columns columns(components_);
             for (int v = b; v < e; ++v) {
-                shares(tape, a, v, column);
-                if (power_ != 1.0) column = sharpened(column);
+                shares(tape, a, v, columns.q);
+                if (power_ != 1.0) sharpen(columns.q, columns.s);
+                const std::span<T> column = power_ != 1.0 ? columns.s : columns.q;
                 for (std::int64_t k = 0; k < components_; ++k) {
                     mask[mask_at(a, k, v)] = column[static_cast<std::size_t>(k)];
                 }
@@ -49,14 +52,14 @@ class AttentionMask final : public Op<T> {
 
     void backward(Tape<T>& tape) override {
         for_each_chunk(autoencoders_, vertices_, [&](std::int64_t a, std::int64_t, int b, int e) {
-            std::vector<T> q(static_cast<std::size_t>(components_)), dq(q.size());
+            const Columns columns(components_);
             for (int v = b; v < e; ++v) {
-                const T total = shares(tape, a, v, q);
+                const T total = shares(tape, a, v, columns.q);
                 for (std::int64_t k = 0; k < components_; ++k) {
-                    dq[static_cast<std::size_t>(k)] = tape.grad(mask_)[mask_at(a, k, v)];
+                    columns.dq[static_cast<std::size_t>(k)] = tape.grad(mask_)[mask_at(a, k, v)];
                 }
-                if (power_ != 1.0) dq = sharpened_backward(q, dq);
-                add_share_gradients(tape, a, v, q, dq, total);
+                if (power_ != 1.0) sharpen_backward(columns);
+                add_share_gradients(tape, a, v, columns.q, columns.dq, total);
             }
         });
     }
@@ -93,8 +96,21 @@ class AttentionMask final : public Op<T> {
         return static_cast<std::size_t>((a * components_ + k) * vertices_ + v);
     }
 
+    /// Memory of this thread for one vertex.
+    struct Columns {
+        std::span<T> q, s, dq;
+        explicit Columns(std::int64_t components) {
+            thread_local std::vector<T> memory;
+            const auto count = static_cast<std::size_t>(components);
+            if (memory.size() < 3 * count) memory.resize(3 * count);
+            q = std::span<T>(memory).first(count);
+            s = std::span<T>(memory).subspan(count, count);
+            dq = std::span<T>(memory).subspan(2 * count, count);
+        }
+    };
+
     /// q_k = (a_k + e) / total; returns the total.
-    T shares(Tape<T>& tape, std::int64_t a, std::int64_t v, std::vector<T>& q) const {
+    T shares(Tape<T>& tape, std::int64_t a, std::int64_t v, std::span<T> q) const {
         T total = 0;
         for (std::int64_t k = 0; k < components_; ++k) {
             T& entry = q[static_cast<std::size_t>(k)];
@@ -105,37 +121,49 @@ class AttentionMask final : public Op<T> {
         return total;
     }
 
-    /// s_k = (q_k^p + e) / sum. Since the q sum to 1 the largest is at least 1/K: no power
-    /// underflows all.
-    std::vector<T> sharpened(const std::vector<T>& q) const {
-        std::vector<T> s(q.size());
+    /// x^power; whole powers by repeated squaring.
+    T raised(T x, double power) const {
+        constexpr double kLargestWhole = 64;
+        if (power < 0 || power > kLargestWhole || power != std::floor(power)) {
+            return static_cast<T>(std::pow(x, static_cast<T>(power)));
+        }
+        T result = 1;
+        for (auto rest = static_cast<unsigned>(power); rest > 0; rest >>= 1) {
+            if ((rest & 1U) != 0) result *= x;
+            x *= x;
+        }
+        return result;
+    }
+
+    /// s_k = (q_k^p + e) / sum; returns the sum. Since the q sum to 1 the largest is at least 1/K:
+    /// no power underflows all.
+    T sharpen(std::span<const T> q, std::span<T> s) const {
         T total = 0;
         for (std::size_t k = 0; k < q.size(); ++k) {
-            s[k] = static_cast<T>(std::pow(q[k], static_cast<T>(power_))) + epsilon_;
+            s[k] = raised(q[k], power_) + epsilon_;
             total += s[k];
         }
         for (T& entry : s) entry /= total;
-        return s;
+        return total;
     }
 
-    /// d/dq of sharpened; a power below 1 has no slope at 0 worth following, so q is kept from it.
-    std::vector<T> sharpened_backward(const std::vector<T>& q, const std::vector<T>& ds) const {
+    /// d/dq of sharpen in the place of d/ds; a power below 1 has no slope at 0 worth following, so
+    /// q is kept from it.
+    void sharpen_backward(const Columns& columns) const {
         const auto p = static_cast<T>(power_);
-        T total = 0, inner = 0;
-        for (const T entry : q) total += static_cast<T>(std::pow(entry, p)) + epsilon_;
-        const std::vector<T> s = sharpened(q);
-        for (std::size_t k = 0; k < q.size(); ++k) inner += s[k] * ds[k];
-        std::vector<T> dq(q.size());
-        for (std::size_t k = 0; k < q.size(); ++k) {
-            const T slope = q[k] > 0 ? p * static_cast<T>(std::pow(q[k], p - 1)) : T{0};
-            dq[k] = slope * (ds[k] - inner) / total;
+        const T total = sharpen(columns.q, columns.s);
+        T inner = 0;
+        for (std::size_t k = 0; k < columns.q.size(); ++k) inner += columns.s[k] * columns.dq[k];
+        for (std::size_t k = 0; k < columns.q.size(); ++k) {
+            const T q = columns.q[k];
+            const T slope = q > 0 ? p * raised(q, power_ - 1) : T{0};
+            columns.dq[k] = slope * (columns.dq[k] - inner) / total;
         }
-        return dq;
     }
 
     /// da_k = (dq_k - sum_j q_j dq_j) / total, dC = 2 C da.
-    void add_share_gradients(Tape<T>& tape, std::int64_t a, std::int64_t v, const std::vector<T>& q,
-                             const std::vector<T>& dq, T total) const {
+    void add_share_gradients(Tape<T>& tape, std::int64_t a, std::int64_t v, std::span<const T> q,
+                             std::span<const T> dq, T total) const {
         T inner = 0;
         for (std::size_t k = 0; k < q.size(); ++k) inner += q[k] * dq[k];
         for (std::int64_t k = 0; k < components_; ++k) {

@@ -35,10 +35,11 @@ class GroupSparsity final : public Op<T> {
         const std::int64_t rows = autoencoders_ * components_;
         rows_ = &sparsity_.focus(std::span<const T>(tape.value(weights_)));
         parallel_for(rows, [&](std::int64_t row) {
+            const std::span<const int> acting = sparsity_.acting(row);
             const std::span<const double> length = sparsity_.lengths(row);
             double sum = 0;
-            for (std::int64_t v = 0; v < vertices_; ++v) {
-                sum += weight(row, v) * length[static_cast<std::size_t>(v)];
+            for (std::size_t n = 0; n < acting.size(); ++n) {
+                sum += weight(row, acting[n]) * length[n];
             }
             row_sums_[static_cast<std::size_t>(row)] = sum;
         });
@@ -59,9 +60,11 @@ class GroupSparsity final : public Op<T> {
             const double factor = static_cast<double>(tape.grad(
                                       omega_)[static_cast<std::size_t>(row / components_)]) /
                                   static_cast<double>(components_);
-            for (std::int64_t v = 0; v < vertices_; ++v) {
+            const std::span<const int> acting = sparsity_.acting(row);
+            for (std::size_t n = 0; n < acting.size(); ++n) {
+                const std::int64_t v = acting[n];
                 const double lambda = weight(row, v);
-                const double length = sparsity_.lengths(row)[static_cast<std::size_t>(v)];
+                const double length = sparsity_.lengths(row)[n];
                 if (!(lambda > 0) || length == 0) continue;
                 const T scale = static_cast<T>(factor * lambda / length);
                 for (int i = 0; i < kFeatureDim; ++i) {
