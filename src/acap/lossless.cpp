@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
+#include <optional>
 
 #include "anchored_system.h"
 #include "feature_equations.h"
@@ -110,16 +112,28 @@ struct LosslessReconstruction::State {
           placement(equations.gradients().rings(), mesh.vertices),
           poisson(mesh, weights),
           tangential(equations, placement.first_vertices()),
-          system(constant_matrix(equations), mesh.vertex_count(), placement.first_vertices(),
-                 "the matrix of the lossless reconstruction", &tangential.system()),
           smallest_step(kSmallestStep * half_diagonal(mesh.vertices)) {}
+
+    /// Features of meshes never come to need it, so it waits for the first that do.
+    const AnchoredSystem& system() const {
+        std::call_once(once_, [this] {
+            system_.emplace(constant_matrix(equations),
+                            static_cast<int>(placement.component().size()),
+                            placement.first_vertices(), "the matrix of the lossless reconstruction",
+                            &tangential.system());
+        });
+        return *system_;
+    }
 
     FeatureEquations equations;
     Placement placement;
     PoissonReconstruction poisson;
     TangentialSolve tangential;
-    AnchoredSystem system;
     double smallest_step;
+
+  private:
+    mutable std::once_flag once_;
+    mutable std::optional<AnchoredSystem> system_;
 };
 
 LosslessReconstruction::LosslessReconstruction(const TriangleMesh& reference, EdgeWeights weights)
@@ -145,7 +159,7 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
         return value;
     };
     const auto precondition = [&](const Eigen::VectorXd& slope) -> Eigen::VectorXd {
-        return 0.5 * flat(state.system.solve(points_of(slope)));
+        return 0.5 * flat(state.system().solve(points_of(slope)));
     };
     Eigen::VectorXd x = flat(result.vertices);
     QuasiNewtonOptions options;

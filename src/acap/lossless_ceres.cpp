@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/linear/blas_threads.h"
 #include "ring_residual.h"
 
 namespace mscomp {
@@ -79,6 +80,7 @@ void refine_by_ceres(const FeatureEquations& equations, const std::vector<Eigen:
     for (const int vertex : held) {
         problem.SetParameterBlockConstant(positions[static_cast<std::size_t>(vertex)].data());
     }
+    pin_blas_threads();
     ceres::Solver::Summary summary;
     ceres::Solve(solver_options(), &problem, &summary);
     if (!summary.IsSolutionUsable()) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mscomp/base/error.h"
+#include "mscomp/linear/blas_threads.h"
 #include "turn_problem.h"
 
 namespace mscomp {
@@ -53,6 +54,7 @@ TurnProblem::Turns relaxed_turns(const TurnProblem& problem) {
     options.max_num_iterations = 2;
     options.num_threads = 1;  // shapes run in parallel, and results do not depend on threads
     options.logging_type = ceres::SILENT;
+    pin_blas_threads();
     ceres::Solver::Summary summary;
     ceres::Solve(options, &least_squares, &summary);
     if (!summary.IsSolutionUsable()) {

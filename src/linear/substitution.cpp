@@ -66,7 +66,9 @@ MSCOMP_INLINE void substitute_columns(const SimplicialColumns& factor, double* x
     }
 }
 
-constexpr int kRowsAtOnce = 4;
+/// Sums under way at a time: as many as there are registers for, or as hide their latency.
+template <std::size_t kLanes>
+constexpr int kRowsAtOnce = kLanes == 1 ? 8 : 4;
 
 /// x_row -= Σ_k value_k y_k for `kRows` rows of a block of `width` columns, y (width, kLanes).
 template <std::size_t kLanes, int kRows>
@@ -92,8 +94,8 @@ MSCOMP_INLINE void subtract_from_rows(const double* value, int width, const int*
 
 /// y_k -= Σ_row value_row,k x_row for `kRows` rows.
 template <std::size_t kLanes, int kRows>
-MSCOMP_INLINE void subtract_from_columns(const double* value, int width, const int* row,
-                                         const double* x, double* y) {
+MSCOMP_INLINE void subtract_from_columns(const double* __restrict value, int width, const int* row,
+                                         const double* x, double* __restrict y) {
     using Lane = Vector<kLanes>;
     typename Lane::Type solved[kRows], sum;
     for (int r = 0; r < kRows; ++r) {
@@ -144,6 +146,7 @@ MSCOMP_INLINE void solve_transposed_diagonal(const double* value, int width, con
 
 template <std::size_t kLanes>
 MSCOMP_INLINE void substitute_blocks(const SupernodalRows& factor, double* x) {
+    constexpr int kAtOnce = kRowsAtOnce<kLanes>;
     for (std::size_t s = 0; s < factor.count; ++s) {
         const int first = factor.first_column[s], width = factor.first_column[s + 1] - first;
         double* y = Vector<kLanes>::at(x, first);
@@ -153,9 +156,9 @@ MSCOMP_INLINE void substitute_blocks(const SupernodalRows& factor, double* x) {
         const int rows = factor.row_begin[s + 1] - factor.row_begin[s];
         const auto stride = static_cast<std::size_t>(width);
         int r = width;
-        for (; r + kRowsAtOnce <= rows; r += kRowsAtOnce) {
-            subtract_from_rows<kLanes, kRowsAtOnce>(value + static_cast<std::size_t>(r) * stride,
-                                                    width, row + r, y, x);
+        for (; r + kAtOnce <= rows; r += kAtOnce) {
+            subtract_from_rows<kLanes, kAtOnce>(value + static_cast<std::size_t>(r) * stride, width,
+                                                row + r, y, x);
         }
         for (; r < rows; ++r) {
             subtract_from_rows<kLanes, 1>(value + static_cast<std::size_t>(r) * stride, width,
@@ -170,9 +173,9 @@ MSCOMP_INLINE void substitute_blocks(const SupernodalRows& factor, double* x) {
         const int rows = factor.row_begin[s + 1] - factor.row_begin[s];
         const auto stride = static_cast<std::size_t>(width);
         int r = width;
-        for (; r + kRowsAtOnce <= rows; r += kRowsAtOnce) {
-            subtract_from_columns<kLanes, kRowsAtOnce>(value + static_cast<std::size_t>(r) * stride,
-                                                       width, row + r, x, y);
+        for (; r + kAtOnce <= rows; r += kAtOnce) {
+            subtract_from_columns<kLanes, kAtOnce>(value + static_cast<std::size_t>(r) * stride,
+                                                   width, row + r, x, y);
         }
         for (; r < rows; ++r) {
             subtract_from_columns<kLanes, 1>(value + static_cast<std::size_t>(r) * stride, width,

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
 
 namespace mscomp {
@@ -24,49 +27,187 @@ Matrix ring_matrix(int size) {
     return matrix;
 }
 
-// A A⁻¹ b = b, in every lane.
-template <std::size_t kLanes>
-void expect_solves() {
-    const int size = 37;
-    const Matrix a = ring_matrix(size);
-    const BlockCholesky factor(a, "a ring");
-    const CounterRandom random(1, 2);
-    std::vector<Lanes<kLanes>> b(size), x, work;
-    std::uint64_t draw = 0;
-    for (auto& row : b) {
-        for (double& value : row) value = random.normal(draw++);
+/// Laplacian of a grid of columns x columns vertices, held at one corner.
+Matrix grid_matrix(int columns) {
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.emplace_back(0, 0, 1.0);
+    const auto join = [&](int i, int j) {
+        const double weight = 1 + 0.5 * std::sin(i + 2.0 * j);
+        entries.emplace_back(i, i, weight);
+        entries.emplace_back(j, j, weight);
+        entries.emplace_back(i, j, -weight);
+        entries.emplace_back(j, i, -weight);
+    };
+    for (int y = 0; y < columns; ++y) {
+        for (int x = 0; x < columns; ++x) {
+            if (x + 1 < columns) join(y * columns + x, y * columns + x + 1);
+            if (y + 1 < columns) join(y * columns + x, (y + 1) * columns + x);
+        }
     }
-    x = b;
-    factor.solve(x, work);
+    Matrix matrix(columns * columns, columns * columns);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
+}
+
+template <std::size_t kLanes>
+std::vector<Lanes<kLanes>> random_rows(Eigen::Index size) {
+    const CounterRandom random(1, 2);
+    std::vector<Lanes<kLanes>> rows(static_cast<std::size_t>(size));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            rows[i][lane] = random.normal(8 * i + lane);
+        }
+    }
+    return rows;
+}
+
+template <std::size_t kLanes>
+std::vector<Lanes<kLanes>> solved(const BlockCholesky& factor, std::vector<Lanes<kLanes>> rows) {
+    std::vector<Lanes<kLanes>> work;
+    factor.solve(rows, work);
+    return rows;
+}
+
+template <std::size_t kLanes>
+Eigen::VectorXd lane_of(const std::vector<Lanes<kLanes>>& rows, std::size_t lane) {
+    Eigen::VectorXd column(static_cast<Eigen::Index>(rows.size()));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        column[static_cast<Eigen::Index>(i)] = rows[i][lane];
+    }
+    return column;
+}
+
+class BlockCholeskyBy : public testing::TestWithParam<Elimination> {};
+
+// A A⁻¹ b = b, in every lane: backward stable, so to rounding of |A| |x|.
+template <std::size_t kLanes>
+void expect_solves(const Matrix& a, Elimination elimination) {
+    const BlockCholesky factor(a, "a matrix", elimination);
+    EXPECT_EQ(factor.elimination(), elimination);
+    const auto b = random_rows<kLanes>(a.rows()), x = solved(factor, b);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        Eigen::VectorXd solution(size);
-        for (int i = 0; i < size; ++i) solution[i] = x[static_cast<std::size_t>(i)][lane];
-        const Eigen::VectorXd back = a * solution;
-        for (int i = 0; i < size; ++i) {
-            EXPECT_NEAR(back[i], b[static_cast<std::size_t>(i)][lane], 1e-12);
+        const Eigen::VectorXd solution = lane_of(x, lane);
+        const double left = (a * solution - lane_of(b, lane)).norm();
+        EXPECT_TRUE(left <= 1e-14 * (8 * solution.norm() + lane_of(b, lane).norm())) << left;
+    }
+}
+
+TEST_P(BlockCholeskyBy, SolvesForEveryLane) {
+    for (const Matrix& a : {ring_matrix(37), grid_matrix(60)}) {
+        expect_solves<1>(a, GetParam());
+        expect_solves<4>(a, GetParam());
+        expect_solves<8>(a, GetParam());
+    }
+}
+
+TEST_P(BlockCholeskyBy, LanesDoNotSeeEachOther) {
+    const BlockCholesky factor(grid_matrix(30), "a grid", GetParam());
+    auto rows = random_rows<4>(900);
+    const auto one = solved(factor, rows);
+    for (auto& row : rows) row[1] = 1e100;
+    const auto other = solved(factor, rows);
+    for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i][0], other[i][0]);
+}
+
+// Any number of lanes gives the same bits.
+TEST_P(BlockCholeskyBy, LanesAreBitwiseThoseOfOne) {
+    const BlockCholesky factor(grid_matrix(40), "a grid", GetParam());
+    const auto eight = random_rows<8>(1600);
+    const auto truth = solved(factor, eight);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+        std::vector<Lanes<1>> one(eight.size());
+        std::vector<Lanes<4>> four(eight.size());
+        for (std::size_t i = 0; i < one.size(); ++i) {
+            one[i][0] = four[i][lane % 4] = eight[i][lane];
+        }
+        one = solved(factor, one);
+        four = solved(factor, four);
+        for (std::size_t i = 0; i < one.size(); ++i) {
+            ASSERT_EQ(one[i][0], truth[i][lane]);
+            ASSERT_EQ(four[i][lane % 4], truth[i][lane]);
         }
     }
 }
 
-TEST(BlockCholesky, SolvesForEveryLane) {
-    expect_solves<4>();
-    expect_solves<8>();
-}
-
-TEST(BlockCholesky, LanesDoNotSeeEachOther) {
-    const BlockCholesky factor(ring_matrix(11), "a ring");
-    std::vector<Lanes<4>> one(11, {1, 0, 0, 0}), other(11, {1, 5, -7, 1e100}), work;
-    factor.solve(one, work);
-    factor.solve(other, work);
-    for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i][0], other[i][0]);
-}
-
-// The Laplacian alone has the constants as its kernel; minus it is negative.
-TEST(BlockCholesky, RefusesWhatIsNotPositiveDefinite) {
-    Matrix negative = -ring_matrix(5);
-    EXPECT_THROW(BlockCholesky(negative, "minus a ring"), NumericalError);
+// The Laplacian of a ring plus a little is definite, minus it is negative, zero is singular.
+TEST_P(BlockCholeskyBy, RefusesWhatIsNotPositiveDefinite) {
+    const Matrix negative = -ring_matrix(5);
+    EXPECT_THROW(BlockCholesky(negative, "minus a ring", GetParam()), NumericalError);
     Matrix zero(3, 3);
-    EXPECT_THROW(BlockCholesky(zero, "nothing"), NumericalError);
+    EXPECT_THROW(BlockCholesky(zero, "nothing", GetParam()), NumericalError);
+    Matrix late = grid_matrix(20);
+    late.coeffRef(399, 399) = -1;
+    EXPECT_THROW(BlockCholesky(late, "a grid with a hole", GetParam()), NumericalError);
+    late.coeffRef(399, 399) = std::nan("");
+    EXPECT_THROW(BlockCholesky(late, "a grid with nothing", GetParam()), NumericalError);
+}
+
+TEST_P(BlockCholeskyBy, LooksAtTheLowerTriangleOnly) {
+    const Matrix a = grid_matrix(12);
+    const Matrix lower = a.triangularView<Eigen::Lower>();
+    const auto rows = random_rows<4>(a.rows());
+    EXPECT_EQ(solved(BlockCholesky(a, "a grid", GetParam()), rows),
+              solved(BlockCholesky(lower, "half a grid", GetParam()), rows));
+}
+
+INSTANTIATE_TEST_SUITE_P(, BlockCholeskyBy,
+                         testing::Values(Elimination::minimum_degree,
+                                         Elimination::nested_dissection),
+                         [](const auto& test) {
+                             return test.param == Elimination::minimum_degree ? "MinimumDegree"
+                                                                              : "NestedDissection";
+                         });
+
+// The solution does not depend on the order of elimination.
+TEST(BlockCholesky, OrdersAgree) {
+    const Matrix a = grid_matrix(150);
+    const auto b = random_rows<8>(a.rows());
+    const auto one = solved(BlockCholesky(a, "a grid", Elimination::minimum_degree), b);
+    const auto other = solved(BlockCholesky(a, "a grid", Elimination::nested_dissection), b);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+        const Eigen::VectorXd x = lane_of(one, lane);
+        EXPECT_TRUE((x - lane_of(other, lane)).norm() <= 1e-9 * x.norm());
+    }
+}
+
+// Another matrix in the order found for the first: still its own solution.
+TEST(BlockCholesky, TakesOverTheOrderOfAnother) {
+    for (const Elimination elimination :
+         {Elimination::minimum_degree, Elimination::nested_dissection}) {
+        const BlockCholesky first(grid_matrix(50), "a grid", elimination);
+        Matrix a = grid_matrix(50);
+        for (int i = 0; i < a.rows(); ++i) a.coeffRef(i, i) += 3;
+        const BlockCholesky second(a, "a heavier grid", first);
+        EXPECT_EQ(second.elimination(), elimination);
+        EXPECT_EQ(second.stored_numbers(), first.stored_numbers());
+        const auto b = random_rows<4>(a.rows()), x = solved(second, b);
+        for (std::size_t lane = 0; lane < 4; ++lane) {
+            EXPECT_TRUE((a * lane_of(x, lane) - lane_of(b, lane)).norm() <= 1e-11);
+        }
+    }
+}
+
+// Small systems by minimum degree, large ones by nested dissection; both solve.
+TEST(BlockCholesky, PicksTheOrderBySize) {
+    EXPECT_EQ(BlockCholesky(grid_matrix(20), "a grid").elimination(), Elimination::minimum_degree);
+    const Matrix a = ring_matrix(static_cast<int>(kLargeSystem));
+    const BlockCholesky large(a, "a large ring");
+    EXPECT_EQ(large.elimination(), Elimination::nested_dissection);
+    const auto b = random_rows<4>(a.rows()), x = solved(large, b);
+    EXPECT_TRUE((a * lane_of(x, 2) - lane_of(b, 2)).norm() <= 1e-12 * lane_of(b, 2).norm());
+}
+
+// The same bits every time: METIS draws random numbers.
+TEST(BlockCholesky, IsTheSameEveryTime) {
+    const Matrix a = grid_matrix(80);
+    const auto b = random_rows<4>(a.rows());
+    const auto truth = solved(BlockCholesky(a, "a grid", Elimination::nested_dissection), b);
+    std::vector<std::vector<Lanes<4>>> again(6);
+    parallel_for(6, [&](std::int64_t k) {
+        again[static_cast<std::size_t>(k)] =
+            solved(BlockCholesky(a, "a grid", Elimination::nested_dissection), b);
+    });
+    for (const auto& rows : again) EXPECT_EQ(rows, truth);
 }
 
 }  // namespace
