@@ -30,6 +30,9 @@ KernelCases::KernelCases(const plain::Sizes& sizes)
     add_decoder(shared);
     add_input_gradient(shared);
     add_children(shared);
+    add_spectral_convolution();
+    add_spectral_codes();
+    add_spectral_elementwise();
 }
 
 const KernelCase& KernelCases::at(std::string_view name) const {

@@ -37,6 +37,14 @@ constexpr Floor kFloors[] = {
     {"autoencoder_conv_backward", 1.9, 3.8, 5.3},
     {"autoencoder_moments", 7, 11, 16},
     {"autoencoder_gather_children", 4.8, 5.2, 5.4},
+    {"spectral_laplacian", 2.7, 3.8, 3.9},
+    {"spectral_filter", 4, 9, 17},
+    {"spectral_outer_9x9", 3.8, 6.5, 9.8},
+    {"spectral_project", 4.1, 11, 19},
+    {"spectral_expand", 4.2, 12, 13},
+    {"spectral_outer", 2.3, 3.4, 5.8},
+    {"spectral_tanh_slope", 1, 1.6, 1.6},
+    {"spectral_error_slope", 2.2, 2.6, 3.9},
 };
 
 double processor_seconds() {
