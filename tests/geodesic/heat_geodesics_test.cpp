@@ -24,6 +24,12 @@ double euclidean(const Point& p, const Point& q) {
     return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 }
 
+/// On a cylinder of radius 1 around z.
+double unrolled_cylinder(const Point& p, const Point& q) {
+    const double turn = std::atan2(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1]);
+    return std::hypot(turn, q[2] - p[2]);
+}
+
 /// Largest |computed - true| / (largest true distance) over all vertices.
 template <class Metric>
 double worst_error(const TriangleMesh& mesh, int source, Metric metric) {
@@ -114,11 +120,7 @@ TEST(HeatGeodesics, StayUsableWhereObtuseTrianglesAreNotManifold) {
 // On a cylinder unrolled: hypot(arc, height).
 TEST(HeatGeodesics, UnrollACylinder) {
     const TriangleMesh mesh = shapes::cylinder(60, 61, 1, 6, false);
-    const auto unrolled = [](const Point& p, const Point& q) {
-        const double turn = std::atan2(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1]);
-        return std::hypot(turn, q[2] - p[2]);
-    };
-    EXPECT_TRUE(worst_error(mesh, 30 * 60, unrolled) <= 0.05);
+    EXPECT_TRUE(worst_error(mesh, 30 * 60, unrolled_cylinder) <= 0.05);
 }
 
 // d(a, b) = d(b, a), up to the error of the method.
@@ -225,6 +227,32 @@ TEST(HeatGeodesics, ReachFarAlongALongStrip) {
     const TriangleMesh mesh = shapes::grid(900, 3);
     const std::vector<double> row = HeatGeodesics(mesh).distances(900);
     EXPECT_NEAR(row[900 + 899], 899, 9);
+}
+
+// On a cylinder of 3,000 rings, far longer than heat at t = h^2 reaches: hypot(arc, height) still.
+TEST(HeatGeodesics, ReachTheEndOfALongCylinder) {
+    const int around = 8, rings = 3000;
+    const double spacing = 2 * std::numbers::pi / around;
+    const TriangleMesh mesh = shapes::cylinder(around, rings, 1, (rings - 1) * spacing, true);
+    for (const int source : {0, around * rings / 2}) {
+        EXPECT_TRUE(worst_error(mesh, source, unrolled_cylinder) <= 0.002) << "source " << source;
+    }
+}
+
+// Only components that need it take larger steps: beside a long one, a sphere keeps its distances.
+TEST(HeatGeodesics, TakeTheStepOfTheirOwnComponent) {
+    const TriangleMesh sphere = shapes::icosphere(4);
+    const double edge = 0.06;  // about that of the sphere
+    TriangleMesh strip = shapes::grid(5000, 2);
+    for (Point& p : strip.vertices) p = {p[0] * edge, p[1] * edge, p[2]};
+    const TriangleMesh mesh = beside(sphere, strip);
+    const std::vector<double> alone = HeatGeodesics(sphere).distances(0);
+    const std::vector<double> row = HeatGeodesics(mesh).distances(0);
+    double worst = 0;
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+        worst = std::max(worst, std::abs(row[i] - alone[i]));
+    }
+    EXPECT_TRUE(worst <= 0.01) << worst;
 }
 
 TEST(HeatGeodesics, AreBitwiseEqualForAnyNumberOfThreads) {

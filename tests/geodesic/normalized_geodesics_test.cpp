@@ -61,6 +61,12 @@ TEST(GeodesicNormalizer, LooksInsideComponents) {
     EXPECT_NEAR(geodesic_normalizer(geodesics, 10).largest_distance, std::hypot(39, 2), 1);
 }
 
+// Sweeps end where sources come again, and find what the fixed number of them would.
+TEST(GeodesicNormalizer, IsTheLongWayThroughALongMesh) {
+    const HeatGeodesics geodesics(shapes::cylinder(6, 2000, 1, 2000, true));
+    EXPECT_NEAR(geodesic_normalizer(geodesics).largest_distance, 2000, 20);
+}
+
 TEST(NormalizedGeodesics, RowsAreTheDistancesDividedAndClamped) {
     TriangleMesh mesh = shapes::icosphere(2);
     mesh.vertices.push_back({7, 7, 7});
@@ -73,16 +79,38 @@ TEST(NormalizedGeodesics, RowsAreTheDistancesDividedAndClamped) {
     EXPECT_EQ(row[mesh.vertices.size() - 1], 1) << "another component";
 }
 
-TEST(NormalizedGeodesics, KeepEveryRowWhereItIs) {
-    NormalizedGeodesics rows(HeatGeodesics(shapes::icosphere(2)), 3.2);
-    EXPECT_EQ(rows.cached_rows(), 0);
-    const double* first = rows.row(4).data();
-    EXPECT_EQ(rows.cached_rows(), 1);
-    const std::vector<int> more{9, 4, 9, 11};
-    rows.prepare(more);
+// Within a round nothing moves, whatever else is asked for and however small the limit.
+TEST(NormalizedGeodesics, KeepEveryRowOfARoundWhereItIs) {
+    for (const std::size_t limit : {NormalizedGeodesics::kCacheBytes, std::size_t{0}}) {
+        NormalizedGeodesics rows(HeatGeodesics(shapes::icosphere(2)), 3.2, limit);
+        EXPECT_EQ(rows.cached_rows(), 0);
+        rows.prepare(std::vector<int>{9, 4, 9, 11});
+        EXPECT_EQ(rows.cached_rows(), 3);
+        const double* first = rows.row(4).data();
+        for (int i = 20; i < 40; ++i) rows.row(i);
+        EXPECT_EQ(rows.row(4).data(), first);
+        EXPECT_EQ(rows.cached_rows(), 23);
+    }
+}
+
+// Beyond the limit the rows of earlier rounds go, those used longest ago first.
+TEST(NormalizedGeodesics, ForgetWhatWasUsedLongestAgo) {
+    const TriangleMesh mesh = shapes::icosphere(2);
+    const std::size_t row_bytes = mesh.vertices.size() * sizeof(double);
+    NormalizedGeodesics rows(HeatGeodesics(mesh), 3.2, 3 * row_bytes);
+    rows.prepare(std::vector<int>{1, 2, 3});
+    rows.prepare(std::vector<int>{1});
+    const std::vector<double> of_two(rows.row(2).begin(), rows.row(2).end());
+    rows.prepare(std::vector<int>{5, 6});
     EXPECT_EQ(rows.cached_rows(), 3);
-    EXPECT_EQ(rows.row(4).data(), first);
-    EXPECT_EQ(rows.cached_rows(), 3);
+    EXPECT_EQ(rows.cached_bytes(), 3 * row_bytes);
+    const double* of_five = rows.row(5).data();
+    rows.prepare(std::vector<int>{7});
+    EXPECT_EQ(rows.row(5).data(), of_five) << "2 was used before 5";
+    EXPECT_EQ(rows.cached_bytes(), 3 * row_bytes);
+    const auto again = rows.row(2);
+    EXPECT_TRUE(std::equal(again.begin(), again.end(), of_two.begin(), of_two.end()))
+        << "the same bits again";
 }
 
 TEST(NormalizedGeodesics, AreZeroWithinAComponentOfOnePlace) {
