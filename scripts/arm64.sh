@@ -11,8 +11,8 @@ cmake -S tests/arm64 -B build/arm64 -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++ >/dev/null
 cmake --build build/arm64 ${JOBS:+-j "$JOBS"}
 # Emulated, all cases would take many minutes: the kernels and what they stand on by default.
-filter=${1:-*InstructionSet*:*FloatTanh*:*Parallel*:*Random*}
-for test in base_test nn_test; do
+filter=${1:-*InstructionSet*:*FloatTanh*:*KernelResults*:*Parallel*:*Random*}
+for test in base_test nn_test nn_speed_test; do
     qemu-aarch64 -L /usr/aarch64-linux-gnu "build/arm64/bin/$test" \
         --gtest_brief=1 --gtest_filter="$filter"
 done
