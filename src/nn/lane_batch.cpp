@@ -50,26 +50,41 @@ class LaneGroup {
     /// written as a whole, wherever it lies inside: that is kinder to the memory than the reverse.
     void move(std::int64_t begin, std::int64_t end) const {
         for (std::int64_t v = begin; v < end; v += kVertices) {
-            move_tile(v, std::min(kVertices, end - v));
+            const std::int64_t next = v + kVertices;
+            move_tile(v, std::min(next, end), std::min(next, end), std::min(next + kVertices, end));
         }
     }
 
   private:
-    void move_tile(std::int64_t begin, std::int64_t vertices) const {
+    T* rows_of(std::int64_t vertex) const {
+        return rows_.data() + order_.to_internal[at(vertex)] * kDim * lanes_ + first_;
+    }
+
+    /// Vertices [begin, end) while memory is asked for [next, next_end).
+    void move_tile(std::int64_t begin, std::int64_t end, std::int64_t next,
+                   std::int64_t next_end) const {
         alignas(64) float tile[kLanes][kColumns];
+        const std::int64_t columns = (end - begin) * kDim;
         for (int l = 0; l < width_; ++l) {
-            if (shapes_[l] == nullptr) {
-                std::fill_n(tile[l], vertices * kDim, 0.0F);
-            } else {
-                scale(shapes_[l] + begin * kDim, vertices * kDim, tile[l]);
+            // A few at a time: the processor waits where too many are asked for.
+            for (std::int64_t v = next + l; v < next_end; v += width_) {
+                for (std::int64_t c = 0; c < kDim; ++c) {
+                    __builtin_prefetch(rows_of(v) + c * lanes_, 1);
+                }
             }
+            if (shapes_[l] == nullptr) {
+                std::fill_n(tile[l], columns, 0.0F);
+                continue;
+            }
+            for (std::int64_t i = next * kDim; i < next_end * kDim; i += 16) {
+                __builtin_prefetch(shapes_[l] + i);
+            }
+            scale(shapes_[l] + begin * kDim, columns, tile[l]);
         }
         T* to[kColumns];
-        for (std::int64_t v = 0; v < vertices; ++v) {
-            T* row = rows_.data() + order_.to_internal[at(begin + v)] * kDim * lanes_ + first_;
-            for (std::int64_t c = 0; c < kDim; ++c) to[v * kDim + c] = row + c * lanes_;
+        for (std::int64_t i = 0; i < columns; ++i) {
+            to[i] = rows_of(begin + i / kDim) + i % kDim * lanes_;
         }
-        const std::int64_t columns = vertices * kDim;
         const std::int64_t whole = columns / 4 * 4;
         for (std::int64_t i = 0; i < whole; i += 4) {
             for (int l = 0; l < width_; l += 4) transpose(tile, l, i, to);
