@@ -46,6 +46,90 @@ TEST_F(Training, ThreadsDoNotChangeABit) {
     }
 }
 
+// The same with batches that are gathered beside the steps.
+TEST_F(Training, ThreadsDoNotChangeABitOfSmallBatches) {
+    SmallTraining problem;
+    problem.config.train.batch = 5;
+    set_thread_count(1);
+    const std::vector<float> one = trained(problem, 4);
+    for (const int threads : {2, 7}) {
+        set_thread_count(threads);
+        EXPECT_EQ(trained(problem, 4), one) << threads << " threads";
+    }
+}
+
+/// Features in memory that count how often they are read, and fail from one read on.
+class CountedFeatures final : public ShapeFeatures {
+  public:
+    CountedFeatures(std::span<const float> features, int vertices) : memory_(features, vertices) {}
+
+    mutable int reads = 0;
+    int reads_before_failure = std::numeric_limits<int>::max();
+
+    int shape_count() const override { return memory_.shape_count(); }
+    int vertex_count() const override { return memory_.vertex_count(); }
+    std::span<const float> shape(int index) const override {
+        if (++reads > reads_before_failure) throw InputError({"f.safetensors"}, "ends too early");
+        return memory_.shape(index);
+    }
+    void forget(int) const override {}
+
+  private:
+    MemoryFeatures memory_;
+};
+
+// Scaled on the way, in whatever batches, features train as those that were scaled before.
+TEST_F(Training, ScalingOnTheWayChangesNoBit) {
+    SmallTraining problem;
+    for (const int batch : {5, 12}) {
+        problem.config.train.batch = batch;
+        const std::vector<float> before = trained(problem, 3);
+        // Powers of two: scaling there and back is exact.
+        std::vector<float> unscaled = problem.features;
+        for (float& x : unscaled) x /= 4;
+        const MemoryFeatures memory(unscaled, problem.mesh.vertex_count());
+        ScaledFeatures features{memory};
+        features.factor.fill(4);
+        const auto model = problem.make_model();
+        Trainer trainer(*model, problem.config, features, problem.shapes);
+        trainer.start();
+        for (int epoch = 0; epoch < 3; ++epoch) trainer.run_epoch();
+        EXPECT_EQ(all_of(*model), before) << "batches of " << batch;
+    }
+}
+
+TEST_F(Training, ReadsOnceWhatFitsIntoOneBatch) {
+    SmallTraining problem;
+    const CountedFeatures counted(problem.features, problem.mesh.vertex_count());
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config, ScaledFeatures{counted}, problem.shapes);
+    trainer.start();
+    trainer.run_epoch();
+    const int reads = counted.reads;
+    trainer.run_epoch();
+    trainer.codes();
+    trainer.run_epoch();
+    EXPECT_EQ(counted.reads, reads);
+}
+
+// What goes wrong in the thread that gathers stops training before the step that needs it.
+TEST_F(Training, AFailureToReadStopsBeforeTheStep) {
+    SmallTraining problem;
+    problem.config.train.batch = 5;
+    CountedFeatures counted(problem.features, problem.mesh.vertex_count());
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config, ScaledFeatures{counted}, problem.shapes);
+    trainer.start();
+    counted.reads_before_failure = counted.reads + 7;  // in the second batch
+    try {
+        trainer.run_epoch();
+        FAIL() << "trained on what could not be read";
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(), InputError({"f.safetensors"}, "ends too early").what());
+    }
+    EXPECT_EQ(trainer.state().step, 1);
+}
+
 // Saved, loaded into a fresh model and continued gives the bits of a run that never stopped, with
 // batches smaller than the set, where the order of the shapes is drawn anew each epoch.
 TEST_F(Training, ResumedIsUninterrupted) {
