@@ -9,12 +9,12 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-quick= torch= rounds=3 only= steps_options=()
+quick= large= torch= rounds=3 only= steps_options=()
 usage() { sed -n '2,9s/^# \{0,1\}//p' "$0" >&2; exit 2; }
 while (($# > 0)); do
     case "$1" in
         --quick) quick=1 rounds=1; steps_options+=(--quick) ;;
-        --large) steps_options+=(--large) ;;
+        --large) large=1; steps_options+=(--large) ;;
         --torch) (($# > 1)) || usage; torch=$2; shift ;;
         --rounds) (($# > 1)) || usage; rounds=$2; shift ;;
         --only) (($# > 1)) || usage; only=$2; shift ;;
@@ -86,7 +86,11 @@ if wanted kernels; then
 fi
 if wanted others && [[ ! $quick ]]; then
     for each in "${others[@]}"; do
-        [[ -x $build/bin/${each%%:*}_bench ]] && run_bench "${each%%:*}_bench" "${each##*:}"
+        options=()
+        [[ $large && $each == geodesic:* ]] && options=(--large)
+        if [[ -x $build/bin/${each%%:*}_bench ]]; then
+            run_bench "${each%%:*}_bench" "${each##*:}" "${options[@]}"
+        fi
     done
 fi
 python3 scripts/benchmarks/page.py --page docs/benchmarks.md --to "$page" --out "$out" \

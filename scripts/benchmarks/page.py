@@ -24,6 +24,8 @@ def number(value):
 
 
 def measured_on(context):
+    if "processor" not in context:
+        return f"{context['num_cpus']} processors, {context['date'][:10]}"  # an earlier file
     text = (f"{context['processor']}, {context['cores']} cores, {context['memory_gib']:.0f} GiB, "
             f"{context['instruction_set']} kernels, {context['compiler']}, {context['date'][:10]}, "
             f"commit {context['commit']}, load before {context['load_before'][0]}")
@@ -154,10 +156,9 @@ def plots(steps, folder):
 def kernels(value):
     """One row per kernel: its plain loop, and each instruction set beside it."""
     runs = {}
-    for run in value["benchmarks"]:
+    for run in of_repetitions(value["benchmarks"]):
         _, kernel, which = run["run_name"].split("/")[:3]
-        if run.get("aggregate_name", "median") == "median":
-            runs.setdefault(kernel, {})[which] = run
+        runs.setdefault(kernel, {})[which] = run
     present = [s for s in SETS if any(s in r for r in runs.values())]
     rows = []
     for kernel, by_set in runs.items():
@@ -172,14 +173,35 @@ def kernels(value):
          f"GB/s, {present[-1]}"], rows)
 
 
+# What Google Benchmark itself writes; all else are counters of the case.
+OWN_KEYS = ("cpu_time", "family_index", "iterations", "per_family_instance_index", "real_time",
+            "repetition_index", "repetitions", "threads", "items_per_second", "bytes_per_second")
+
+
+def of_repetitions(runs):
+    """One entry per case: the median where a case was repeated."""
+    medians = {run["run_name"] for run in runs if run.get("aggregate_name") == "median"}
+    return [run for run in runs if not run.get("error_occurred") and
+            run.get("aggregate_name") == ("median" if run["run_name"] in medians else None)]
+
+
+def duration(value, unit):
+    value *= {"ns": 1e-6, "us": 1e-3, "ms": 1, "s": 1e3}[unit]
+    if value >= 1e4:
+        return f"{number(value / 1e3)} s"
+    return f"{number(value)} ms" if value >= 0.1 else f"{number(value * 1e3)} µs"
+
+
 def listing(name, value):
     rows = []
-    for run in value["benchmarks"]:
-        if run.get("error_occurred") or run.get("aggregate_name", "median") != "median":
-            continue
-        rows.append([run["run_name"], f"{number(run['real_time'])} {run['time_unit']}",
-                     f"{number(run['cpu_time'])} {run['time_unit']}"])
-    return [f"### {name}", ""] + table(["case", "time", "processor time of the caller"], rows)
+    for run in of_repetitions(value["benchmarks"]):
+        counters = [f"{key} {number(found)}" for key, found in run.items()
+                    if isinstance(found, (int, float)) and key not in OWN_KEYS]
+        rows.append([run["run_name"], duration(run["real_time"], run["time_unit"]),
+                     duration(run["cpu_time"], run["time_unit"]), ", ".join(counters)])
+    title = f"### `docs/benchmarks/{name}.json`"
+    return [title, "", f"Measured on: {measured_on(value['context'])}.", ""] + table(
+        ["case", "time", "processor time of the caller", "its own figures"], rows)
 
 
 def read(folder, name):
@@ -193,7 +215,7 @@ def read(folder, name):
 def generated(folder, others, images):
     lines = []
     value = read(folder, "step.json")
-    if value:
+    if value and "runs" in value:
         steps = Steps(value)
         lines += [f"Measured on: {measured_on(value['context'])}.", ""]
         lines += comparison(steps) + scaling(steps) + failures(steps)
