@@ -64,6 +64,12 @@ cholmod_factor* analyze(cholmod_sparse& matrix, const cholmod_factor* like, Work
     return cholmod_analyze(&matrix, workspace.get());
 }
 
+std::string reason(int status) {
+    if (status == CHOLMOD_OUT_OF_MEMORY) return "there is not enough memory";
+    if (status == CHOLMOD_TOO_LARGE) return "the factor has over 2^31 numbers";
+    return fmt::format("CHOLMOD reports {}", status);
+}
+
 }  // namespace
 
 void BlockCholesky::Supernodal::Free::operator()(cholmod_factor_struct* factor) const {
@@ -79,10 +85,8 @@ BlockCholesky::Supernodal::Supernodal(const Eigen::SparseMatrix<double>& A, cons
     factor_.reset(analyze(matrix, like != nullptr ? like->factor_.get() : nullptr, workspace));
     const bool done = factor_ && cholmod_factorize(&matrix, factor_.get(), workspace.get()) != 0;
     if (!done || workspace->status < CHOLMOD_OK || factor_->is_super == 0) {
-        throw NumericalError(
-            fmt::format("{} ({} rows) cannot be factorised: CHOLMOD says {} (-2: not enough "
-                        "memory, -3: too large)",
-                        name, A.rows(), workspace->status));
+        throw NumericalError(fmt::format("{} ({} rows) cannot be factorised: {}", name, A.rows(),
+                                         reason(workspace->status)));
     }
     if (factor_->minor < factor_->n) {
         throw NumericalError(

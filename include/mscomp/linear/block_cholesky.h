@@ -18,7 +18,7 @@ enum class Elimination {
 };
 
 /// Unknowns from which nested dissection is taken.
-inline constexpr Eigen::Index kLargeSystem = 100'000;
+inline constexpr Eigen::Index kLargeSystem = 10'000;
 
 /// Right-hand sides that are solved together lie side by side.
 template <std::size_t kLanes>
