@@ -56,6 +56,7 @@ TrainedRun open_run(const std::string& path, int batch) {
     nn::StackedModel<float>::Options options;
     options.batch = batch;
     options.losses = false;
+    options.supports = true;
     run.model = std::make_unique<nn::StackedModel<float>>(
         run.config.model, run.config.loss,
         one_rings_of_faces(reference.vertex_count(), reference.faces), *run.distances, options);

@@ -22,7 +22,7 @@ std::string header(int levels) {
     for (int l = 0; l < levels; ++l) {
         text += fmt::format(",level{0}_reconstruction,level{0}_sparsity,level{0}_range", l);
     }
-    return text + ",learning_rate,step_ms";
+    return text + ",learning_rate,touched,step_ms";
 }
 
 /// Whole rows up to `epoch`; a row cut off by a kill has fewer fields and ends the text.
@@ -74,7 +74,8 @@ void MetricsFile::append(const nn::EpochReport& report) {
         row +=
             fmt::format(",{:.9g},{:.9g},{:.9g}", terms.reconstruction, terms.sparsity, terms.range);
     }
-    file_.append(row + fmt::format(",{:.9g},{:.4g}", report.learning_rate, report.step_ms));
+    file_.append(row + fmt::format(",{:.9g},{:.4g},{:.4g}", report.learning_rate, report.touched,
+                                   report.step_ms));
 }
 
 std::string describe_loss(const nn::EpochReport& report) {
@@ -84,7 +85,8 @@ std::string describe_loss(const nn::EpochReport& report) {
                             report.terms[l].reconstruction, report.terms[l].sparsity,
                             report.terms[l].range);
     }
-    return text + fmt::format("  {:.0f} ms/step", report.step_ms);
+    return text +
+           fmt::format("  {:.0f} ms/step, {:.0f} % touched", report.step_ms, 100 * report.touched);
 }
 
 }  // namespace mscomp

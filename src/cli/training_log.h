@@ -29,7 +29,7 @@ class LineFile {
 };
 
 /// metrics.csv of a run: one row per epoch with the means over its steps.
-/// epoch,step,total,level0_reconstruction,level0_sparsity,level0_range,...,learning_rate,step_ms;
+/// epoch,step,total,level0_reconstruction,level0_sparsity,level0_range,...,learning_rate,touched,step_ms;
 /// the terms are unweighted sums over the autoencoders of a level.
 class MetricsFile {
   public:

@@ -101,6 +101,13 @@ void write_model(const std::string& path, StackedModel<float>& model, const Mode
         centers.push_back(model.centers(l));
         writer.add<int>(fmt::format("centers/level{}", l), {count(centers.back())}, centers.back());
     }
+    // Who acts is decided in some steps only, so it is part of the state.
+    std::vector<std::uint8_t> acting;
+    if (model.has_supports()) {
+        acting = model.acting(static_cast<int>(model.levels().size()) - 1);
+        writer.add<std::uint8_t>(
+            "acting", {model.levels().back().autoencoders, model.vertex_count()}, acting);
+    }
     for (std::size_t l = 0; l < codes.size(); ++l) {
         const auto& level = model.levels()[l];
         const std::int64_t width = std::int64_t{level.autoencoders} * level.components;
@@ -191,6 +198,13 @@ const ModelContext& ModelFile::context() const { return content_->context; }
 const TrainingState& ModelFile::state() const { return content_->state; }
 const std::vector<std::vector<float>>& ModelFile::codes() const { return content_->codes; }
 
+void ModelFile::load_acting(StackedModel<float>& model) const {
+    if (!content_->file.contains("acting")) return model.act_where_weights_are();
+    const auto acting = content_->file.data<std::uint8_t>(
+        "acting", {model.levels().back().autoencoders, model.vertex_count()});
+    model.set_acting(static_cast<int>(model.levels().size()) - 1, acting);
+}
+
 void ModelFile::load(StackedModel<float>& model) const {
     as_checkpoint(content_->file.path(), [&] {
         ParameterSet<float>& parameters = model.parameters();
@@ -225,6 +239,7 @@ void ModelFile::load(StackedModel<float>& model) const {
             }
             model.set_centers(l, {centers.begin(), centers.end()});
         }
+        if (model.has_supports()) load_acting(model);
     });
 }
 

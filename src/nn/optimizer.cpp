@@ -13,10 +13,6 @@ namespace {
 
 constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kEpsilon = 1e-8;
 
-double second_correction(std::int64_t step) {
-    return 1 - std::pow(kBeta2, static_cast<double>(step));
-}
-
 /// Shrinks the nine entries of one vertex, |c| = length; `threshold` = rate w Lambda / K.
 template <class T>
 void shrink(T* c, double length, const T* moment2, double correction, double threshold) {
@@ -31,6 +27,10 @@ void shrink(T* c, double length, const T* moment2, double correction, double thr
 
 }  // namespace
 
+double second_moment_correction(std::int64_t step) {
+    return 1 - std::pow(kBeta2, static_cast<double>(step));
+}
+
 double learning_rate_at(const TrainConfig& config, std::int64_t step) {
     const double stairs = std::floor(static_cast<double>(step - 1) / config.decay_steps);
     return std::max(config.learning_rate * std::pow(config.learning_rate_decay, stairs),
@@ -38,9 +38,30 @@ double learning_rate_at(const TrainConfig& config, std::int64_t step) {
 }
 
 template <class T>
+int first_non_finite_grad(const ParameterSet<T>& parameters) {
+    // 0 x stays 0 for every number and becomes NaN for all that is none.
+    std::vector<T> zeros(static_cast<std::size_t>(parameters.live_piece_count()));
+    parallel_for(parameters.live_piece_count(), [&](std::int64_t piece) {
+        T zero = 0;
+        for (const auto& range : parameters.live_piece(static_cast<int>(piece))) {
+            zero += kernels<T>().zero_sum(parameters.all_grads().data() + range.first,
+                                          range.last - range.first);
+        }
+        zeros[static_cast<std::size_t>(piece)] = zero;
+    });
+    if (std::ranges::all_of(zeros, [](T zero) { return zero == 0; })) return -1;
+    for (int i = 0; i < parameters.count(); ++i) {
+        if (!std::ranges::all_of(parameters.grad(i), [](T g) { return std::isfinite(g); })) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+template <class T>
 void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step) {
     const auto correction1 = static_cast<T>(1 - std::pow(kBeta1, static_cast<double>(step)));
-    const auto correction2 = static_cast<T>(second_correction(step));
+    const auto correction2 = static_cast<T>(second_moment_correction(step));
     parallel_for(parameters.live_piece_count(), [&](std::int64_t piece) {
         for (const auto& range : parameters.live_piece(static_cast<int>(piece))) {
             kernels<T>().adam(parameters.all_values().data() + range.first,
@@ -56,7 +77,7 @@ void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step) {
 template <class T>
 void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, std::int64_t step) {
     if (!(sparsity_weight > 0)) return;
-    const double correction = second_correction(step);
+    const double correction = second_moment_correction(step);
     const int vertices = model.vertex_count();
     for (const auto& level : model.levels()) {
         const std::span<T> weights = model.parameters().value(level.weights);
@@ -76,6 +97,8 @@ void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, 
     }
 }
 
+template int first_non_finite_grad(const ParameterSet<float>&);
+template int first_non_finite_grad(const ParameterSet<double>&);
 template void adam_step(ParameterSet<float>&, double, std::int64_t);
 template void adam_step(ParameterSet<double>&, double, std::int64_t);
 template void proximal_step(StackedModel<float>&, double, double, std::int64_t);

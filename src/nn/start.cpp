@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "deflation_residual.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
@@ -14,7 +15,6 @@ namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-constexpr int kPowerIterations = 12;
 
 std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
@@ -26,115 +26,6 @@ void set_identity(std::span<T> matrices) {
     }
 }
 
-/// What is left of the encoder output of one autoencoder, (V,9,n), while components are taken out.
-class Residual {
-  public:
-    Residual(std::int64_t vertices, std::int64_t shapes)
-        : vertices_(vertices), shapes_(shapes), values_(at(vertices * kDim * shapes)) {}
-
-    /// Shapes `first` to `first + count - 1`: tanh of the rows (V,9,lanes) of the autoencoder's
-    /// input, which is what the encoder gives while its convolution is the identity.
-    template <class T>
-    void fill(const T* rows, std::int64_t lanes, std::int64_t first, std::int64_t count) {
-        for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
-            for (std::int64_t m = 0; m < count; ++m) {
-                values_[at(i * shapes_ + first + m)] =
-                    std::tanh(static_cast<double>(rows[i * lanes + m]));
-            }
-        }
-    }
-
-    double energy() const {
-        double sum = 0;
-        for (const double x : values_) sum += square(x);
-        return sum;
-    }
-
-    /// The vertex with the largest remaining energy.
-    std::int64_t strongest_vertex() const {
-        std::int64_t best = 0;
-        double largest = -1;
-        for (std::int64_t v = 0; v < vertices_; ++v) {
-            double energy = 0;
-            for (std::int64_t i = 0; i < kDim * shapes_; ++i) energy += square(row(v * kDim)[i]);
-            if (energy > largest) {
-                largest = energy;
-                best = v;
-            }
-        }
-        return best;
-    }
-
-    /// The unit-length row of component weights that explains most energy among those that vanish
-    /// outside `free`, started from the main direction of `vertex`; all zero where nothing is left.
-    std::vector<double> main_direction(std::int64_t vertex, const std::vector<char>& free) const {
-        std::vector<double> codes = strongest_channel(vertex);
-        std::vector<double> direction(at(vertices_ * kDim), 0.0);
-        for (int iteration = 0; iteration < kPowerIterations; ++iteration) {
-            double length = 0;
-            for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
-                if (free[at(i / kDim)] == 0) continue;
-                double sum = 0;
-                for (std::int64_t m = 0; m < shapes_; ++m) sum += row(i)[m] * codes[at(m)];
-                direction[at(i)] = sum;
-                length += sum * sum;
-            }
-            if (!(length > 0)) return std::vector<double>(direction.size(), 0.0);
-            for (double& d : direction) d /= std::sqrt(length);
-            codes = project(direction);
-        }
-        return direction;
-    }
-
-    /// Sum of the squared codes of `direction`.
-    double explained(const std::vector<double>& direction) const {
-        double sum = 0;
-        for (const double code : project(direction)) sum += square(code);
-        return sum;
-    }
-
-    void subtract(const std::vector<double>& direction) {
-        const std::vector<double> codes = project(direction);
-        for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
-            if (direction[at(i)] == 0) continue;
-            for (std::int64_t m = 0; m < shapes_; ++m) {
-                values_[at(i * shapes_ + m)] -= direction[at(i)] * codes[at(m)];
-            }
-        }
-    }
-
-  private:
-    static double square(double x) { return x * x; }
-    const double* row(std::int64_t i) const { return values_.data() + i * shapes_; }
-
-    std::vector<double> project(const std::vector<double>& direction) const {
-        std::vector<double> codes(at(shapes_), 0.0);
-        for (std::int64_t i = 0; i < vertices_ * kDim; ++i) {
-            if (direction[at(i)] == 0) continue;
-            for (std::int64_t m = 0; m < shapes_; ++m) codes[at(m)] += direction[at(i)] * row(i)[m];
-        }
-        return codes;
-    }
-
-    /// The channel of `vertex` with the most energy, as codes to start from.
-    std::vector<double> strongest_channel(std::int64_t vertex) const {
-        std::int64_t best = vertex * kDim;
-        double largest = -1;
-        for (std::int64_t i = vertex * kDim; i < (vertex + 1) * kDim; ++i) {
-            double energy = 0;
-            for (std::int64_t m = 0; m < shapes_; ++m) energy += square(row(i)[m]);
-            if (energy > largest) {
-                largest = energy;
-                best = i;
-            }
-        }
-        return {row(best), row(best) + shapes_};
-    }
-
-    std::int64_t vertices_, shapes_;
-    std::vector<double> values_;
-};
-
 std::vector<char> free_vertices(const SparsityRow& row) {
     std::vector<char> free;
     for (int v = 0; v < static_cast<int>(row.distances.size()); ++v) {
@@ -143,34 +34,18 @@ std::vector<char> free_vertices(const SparsityRow& row) {
     return free;
 }
 
-int longest_vertex(const std::vector<double>& direction) {
-    int longest = 0;
-    double largest = -1;
-    for (std::size_t v = 0; v < direction.size() / kDim; ++v) {
-        double square = 0;
-        for (std::size_t c = 0; c < kDim; ++c) {
-            square += direction[v * kDim + c] * direction[v * kDim + c];
-        }
-        if (square > largest) {
-            largest = square;
-            longest = static_cast<int>(v);
-        }
-    }
-    return longest;
-}
-
 struct FoundComponent {
     int center = 0;
-    std::vector<double> direction;  // (V,9)
+    std::vector<double> direction;  // at the vertices of the residual
     double energy = -1;             // explained by it
 };
 
 /// A component around the strongest vertex, then around where it is longest, as long as that
 /// explains more.
-FoundComponent next_component(const Residual& residual, SparsityRows& sparsity) {
+FoundComponent next_component(const DeflationResidual& residual, SparsityRows& sparsity) {
     constexpr int kMoves = 6;
     FoundComponent best;
-    int center = static_cast<int>(residual.strongest_vertex());
+    int center = residual.strongest_vertex();
     for (int move = 0; move < kMoves; ++move) {
         FoundComponent found;
         found.center = center;
@@ -178,7 +53,7 @@ FoundComponent next_component(const Residual& residual, SparsityRows& sparsity) 
         found.energy = residual.explained(found.direction);
         if (!(found.energy > best.energy)) break;
         best = std::move(found);
-        center = longest_vertex(best.direction);
+        center = residual.longest_vertex(best.direction);
         if (center == best.center) break;
     }
     return best;
@@ -196,11 +71,12 @@ struct StartShapes {
 };
 
 template <class T>
-Residual residual_of(StackedModel<T>& model, int level, std::int64_t a, const StartShapes& start) {
+DeflationResidual residual_of(StackedModel<T>& model, int level, std::int64_t a,
+                              const StartShapes& start) {
     const std::int64_t vertices = model.vertex_count();
     const std::int64_t lanes = lane_count(model.batch_capacity());
     AlignedVector<T> rows(at(vertices * kDim * lanes));
-    Residual residual(vertices, static_cast<std::int64_t>(start.shapes.size()));
+    DeflationResidual residual(vertices, static_cast<std::int64_t>(start.shapes.size()));
     for (std::size_t first = 0; first < start.shapes.size(); first += start.batch) {
         // One pass holds them all: it has been made already.
         if (start.batch < start.shapes.size()) {
@@ -211,6 +87,7 @@ Residual residual_of(StackedModel<T>& model, int level, std::int64_t a, const St
         residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first),
                       static_cast<std::int64_t>(start.pass(first).size()));
     }
+    residual.drop_silent_vertices();
     return residual;
 }
 
@@ -221,23 +98,23 @@ void deflate_level(StackedModel<T>& model, int index, const StartShapes& start) 
     const auto& level = model.levels()[at(index)];
     const std::int64_t vertices = model.vertex_count();
     const std::span<T> weights = model.parameters().value(level.weights);
-    std::vector<T> found_weights(weights.size(), T{0});
     std::vector<int> centers;
     for (std::int64_t a = 0; a < level.autoencoders; ++a) {
-        Residual residual = residual_of(model, index, a, start);
+        DeflationResidual residual = residual_of(model, index, a, start);
         const double first_energy = residual.energy();
         for (std::int64_t k = 0; k < level.components; ++k) {
             const FoundComponent found = next_component(residual, *level.sparsity);
             centers.push_back(found.center);
             if (!(found.energy > kNothingLeft * first_energy)) continue;
             residual.subtract(found.direction);
-            T* row = found_weights.data() + (a * level.components + k) * vertices * kDim;
+            T* row = weights.data() + (a * level.components + k) * vertices * kDim;
+            const std::span<const int> at_vertices = residual.vertices();
             for (std::size_t i = 0; i < found.direction.size(); ++i) {
-                row[i] = static_cast<T>(found.direction[i]);
+                row[at_vertices[i / kDim] * kDim + static_cast<std::int64_t>(i) % kDim] =
+                    static_cast<T>(found.direction[i]);
             }
         }
     }
-    std::ranges::copy(found_weights, weights.begin());
     level.sparsity->set_centers(std::move(centers));
 }
 
@@ -262,6 +139,7 @@ void start_random(StackedModel<T>& model, std::uint64_t seed) {
             std::ranges::fill(parameters.value(index), T{0});
         }
     }
+    if (model.has_supports()) model.act_where_weights_are();
 }
 
 template <class T>
@@ -278,11 +156,14 @@ void start_deflation(StackedModel<T>& model, const ScaledFeatures& features,
     StartShapes start{features, {}, static_cast<std::size_t>(model.batch_capacity())};
     for (std::size_t i = 0; i < count; ++i)
         start.shapes.push_back(shapes[i * shapes.size() / count]);
+    // Levels that have not been started need not be touched.
+    if (model.has_supports()) model.act_where_weights_are();
     model.load_batch(features, start.pass(0));
     for (int level = 0; level < static_cast<int>(model.levels().size()); ++level) {
         model.forward();
         deflate_level(model, level, start);
     }
+    if (model.has_supports()) model.act_where_weights_are();
 }
 
 template void start_random(StackedModel<float>&, std::uint64_t);

@@ -19,12 +19,19 @@ std::span<const int> batch_of(const std::vector<int>& order, std::size_t first, 
     return std::span(order).subspan(first, std::min(size, order.size() - first));
 }
 
+/// Whether supports are decided anew in a step: often at first, when the most changes.
+bool adapts_supports(std::int64_t step) {
+    constexpr std::int64_t kInterval = 50;
+    return step % kInterval == 0 || step == 1 || step == 6 || step == 15 || step == 30;
+}
+
 }  // namespace
 
 StackedModel<float>::Options training_options(const Config& config, int shapes) {
     StackedModel<float>::Options options;
     options.batch = std::min(config.train.batch, shapes);
     options.sparsity_gradient = config.train.sparsity_step == SparsityStep::subgradient;
+    options.supports = config.train.supports;
     return options;
 }
 
@@ -91,6 +98,7 @@ EpochReport Trainer::run_epoch() {
         terms.sparsity /= steps;
         terms.range /= steps;
     }
+    report.touched = model_.touched(static_cast<int>(model_.levels().size()) - 1);
     ++state_.epoch;
     report.state = state_;
     return report;
@@ -125,6 +133,9 @@ void Trainer::step(EpochReport& report) {
             report.terms[l].range += terms.range;
         }
     }
+    if (model_.has_supports() && adapts_supports(state_.step)) {
+        model_.adapt_supports(config_.loss.sparsity, state_.step);
+    }
     adam_step(model_.parameters(), report.learning_rate, state_.step);
     if (config_.train.sparsity_step == SparsityStep::proximal) {
         proximal_step(model_, config_.loss.sparsity, report.learning_rate, state_.step);
@@ -136,15 +147,10 @@ void Trainer::require_finite(float loss) {
         const auto* op = model_.tape().first_non_finite();
         throw NumericalError(op ? op->name() : "weighted_sum", state_.step + 1, "the result");
     }
-    ParameterSet<float>& parameters = model_.parameters();
-    for (int i = 0; i < parameters.count(); ++i) {
-        // A sum of magnitudes is finite only if every gradient is.
-        float sum = 0;
-        for (const float g : parameters.grad(i)) sum += std::abs(g);
-        if (!std::isfinite(sum)) {
-            throw NumericalError("backward", state_.step + 1,
-                                 "the gradient of " + parameters.entry(i).name);
-        }
+    const int broken = first_non_finite_grad(model_.parameters());
+    if (broken >= 0) {
+        throw NumericalError("backward", state_.step + 1,
+                             "the gradient of " + model_.parameters().entry(broken).name);
     }
 }
 

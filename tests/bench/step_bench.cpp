@@ -78,6 +78,7 @@ bool step(StackedModel<float>& model, bool proximal, std::int64_t number, StepTi
     const float loss = model.forward();
     const auto forward = Clock::now();
     model.backward();
+    if (model.has_supports() && number == 1) model.adapt_supports(1000, number);
     const auto backward = Clock::now();
     adam_step(model.parameters(), 1e-3, number);
     if (proximal) proximal_step(model, 1000, 1e-3, number);
@@ -102,6 +103,7 @@ void stacked_step(benchmark::State& state, const Case& what) {
     StackedModel<float>::Options options;
     options.batch = what.shapes;
     options.sparsity_gradient = what.model == "pytorch";
+    options.supports = what.model == "default";
     StackedModel<float> model(model_of(what), {}, one_rings_of_faces(what.vertices, mesh.faces),
                               distances, options);
     const std::vector<float> features = random_features(what);
@@ -132,6 +134,7 @@ void stacked_step(benchmark::State& state, const Case& what) {
     }
     set_thread_count(0);
     if (!finite) return;
+    state.counters["touched"] = model.touched(1);
     state.counters["median_ms"] = median(times.whole);
     state.counters["min_ms"] = *std::min_element(times.whole.begin(), times.whole.end());
     state.counters["forward_ms"] = median(times.forward);

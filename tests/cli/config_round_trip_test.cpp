@@ -51,6 +51,7 @@ nn::Config config_with_no_default() {
     c.train.seed = 1ull << 63;
     c.train.start = nn::Start::random;
     c.train.sparsity_step = nn::SparsityStep::subgradient;
+    c.train.supports = false;
     c.train.checkpoint_every = 9;
     c.filter.minimum_strength = 1e-3;
     c.filter.relative_threshold = 1;
@@ -102,6 +103,7 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(r.train.seed, c.train.seed);
         EXPECT_EQ(r.train.start, c.train.start);
         EXPECT_EQ(r.train.sparsity_step, c.train.sparsity_step);
+        EXPECT_EQ(r.train.supports, c.train.supports);
         EXPECT_EQ(r.train.checkpoint_every, c.train.checkpoint_every);
         EXPECT_EQ(r.filter.minimum_strength, c.filter.minimum_strength);
         EXPECT_EQ(r.filter.relative_threshold, c.filter.relative_threshold);
@@ -163,6 +165,7 @@ TEST(ConfigRoundTrip, EveryKeyIsPrintedWithAComment) {
                             "learning_rate_floor",
                             "start",
                             "sparsity_step",
+                            "supports",
                             "checkpoint_every",
                             "minimum_strength",
                             "relative_threshold",

@@ -79,6 +79,9 @@ struct TrainConfig {
     std::uint64_t seed = 0;
     Start start = Start::deflation;
     SparsityStep sparsity_step = SparsityStep::proximal;
+    /// Steps of the last level leave out vertices where nothing acts (the same optimum, faster);
+    /// needs the proximal step.
+    bool supports = true;
     int checkpoint_every = 100;  // epochs; the last one is always saved
 };
 

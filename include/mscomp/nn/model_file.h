@@ -57,6 +57,8 @@ class ModelFile {
     void load(StackedModel<float>& model) const;
 
   private:
+    void load_acting(StackedModel<float>& model) const;
+
     struct Content;
     std::unique_ptr<Content> content_;
 };

@@ -36,6 +36,7 @@ class ParameterSet {
     std::span<T> value(int index) { return slice(values_, index); }
     std::span<const T> value(int index) const { return slice(values_, index); }
     std::span<T> grad(int index) { return slice(grads_, index); }
+    std::span<const T> grad(int index) const { return slice(grads_, index); }
     std::span<T> moment1(int index) { return slice(moments1_, index); }
     std::span<const T> moment1(int index) const { return slice(moments1_, index); }
     std::span<T> moment2(int index) { return slice(moments2_, index); }
@@ -44,6 +45,7 @@ class ParameterSet {
     /// The whole allocations (alignment gaps are zero and stay zero).
     std::span<T> all_values() { return values_; }
     std::span<T> all_grads() { return grads_; }
+    std::span<const T> all_grads() const { return grads_; }
     std::span<T> all_moments1() { return moments1_; }
     std::span<T> all_moments2() { return moments2_; }
     void zero_grad();

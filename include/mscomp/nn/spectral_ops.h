@@ -121,8 +121,9 @@ class BatchTerms {
   public:
     BatchTerms(const ScaledLaplacian<T>& laplacian, int order, int lanes);
 
-    /// x (V,9,lanes) is borrowed until the next call.
-    void prepare(std::span<const T> x);
+    /// x (V,9,lanes) is borrowed until the next call; zero from lane `active` on.
+    void prepare(std::span<const T> x, int active);
+    int active() const { return active_; }
     int order() const { return static_cast<int>(terms_.size()); }
     std::int64_t vertex_count() const { return laplacian_.vertex_count(); }
     int lanes() const { return lanes_; }
@@ -131,6 +132,7 @@ class BatchTerms {
   private:
     const ScaledLaplacian<T>& laplacian_;
     int lanes_;
+    int active_ = 0;
     std::vector<const T*> terms_;
     AlignedVector<T> own_;  // (H-1,V,9,lanes)
 };

@@ -45,6 +45,13 @@ class StackedModel {
         /// A level as one op (fused.h); false: of small ops, as is every model whose decoder has
         /// an activation between its two layers.
         bool fused = true;
+        /// The last level touches only vertices where components act (adapt_supports); needs fused
+        /// levels and no sparsity gradient, which would never leave zeros.
+        bool supports = false;
+    };
+    /// What adapt_supports changed, summed over autoencoders.
+    struct SupportChange {
+        std::int64_t admitted = 0, dropped = 0;
     };
     /// What one level consists of. Parameters are named level<l>.<what>.
     struct Level {
@@ -106,6 +113,25 @@ class StackedModel {
     std::vector<int> centers(int level) const;
     void set_centers(int level, std::vector<int> user);
 
+    bool has_supports() const;
+    /// Which vertices act in the autoencoders of a level, (A,V); others have zero weights.
+    std::vector<std::uint8_t> acting(int level) const;
+    void set_acting(int level, std::span<const std::uint8_t> user);
+    /// The last level acts where its weights are not zero and nowhere else.
+    void act_where_weights_are();
+    /// After backward and before the update of step `step`: evaluates the gradient of the component
+    /// weights of the last level at every vertex and decides anew who acts. With g the length of a
+    /// component's gradient at a vertex, l = sparsity_weight Lambda / K and h = 2/n sum of the
+    /// squared codes (the curvature of the error in a weight), moving the weight from zero can gain
+    /// about max(g - l, 0)^2 / (2 h) at best. Vertices where the gains of all components exceed
+    /// kWorthwhile / V of the error are admitted, with second moments as if the gradient had always
+    /// been this; those with zero weights and gains below a quarter of that are dropped. At a fixed
+    /// point the vertices left out could lower the error by a part kWorthwhile in all.
+    SupportChange adapt_supports(double sparsity_weight, std::int64_t step);
+    static constexpr double kWorthwhile = 1e-4;
+    /// Share of vertices that the autoencoders of a level touch, on average.
+    double touched(int level) const;
+
     /// A parameter-sized array of entry `index` in the vertex order of the user, and back.
     std::vector<T> to_user_order(int index, std::span<const T> inner) const;
     void from_user_order(int index, std::span<const T> user, std::span<T> inner) const;
@@ -114,6 +140,8 @@ class StackedModel {
     void add_levels(const LossConfig& loss, Var x);
     Var add_fused(Level& level, Var source, Var mask, bool keeps_residual);
     void add_small_ops(Level& level, Var x);
+    void set_inner_acting(int level, std::span<const std::uint8_t> acts);
+    std::vector<std::uint8_t> inner_acting(int level) const;
     std::vector<T> batch_rows(std::span<const T> rows) const;
     void set_active_lanes(std::size_t count);
 

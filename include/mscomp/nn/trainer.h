@@ -21,6 +21,7 @@ struct EpochReport {
     std::vector<AutoencoderTerms> terms;  // per level, summed over its autoencoders, unweighted
     double learning_rate = 0;
     double step_ms = 0;
+    double touched = 1;  // share of the vertices that an autoencoder of the last level touches
 };
 
 /// Trains a stacked model. A step is a function of the parameters, the moments,

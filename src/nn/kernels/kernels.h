@@ -61,6 +61,8 @@ struct Kernels {
     AutoencoderKernels<T> autoencoder;
     /// y = tanh(x) for any number of values.
     void (*tanh_forward)(const T* x, std::int64_t count, T* y);
+    /// Sum of 0 x: 0 where all values are finite, NaN otherwise.
+    T (*zero_sum)(const T* x, std::int64_t count);
     /// One Adam update: m, v, p from g; correction1 = 1 - beta1^t, correction2 = 1 - beta2^t.
     void (*adam)(T* p, T* m, T* v, const T* g, std::int64_t count, T rate, T beta1, T beta2,
                  T correction1, T correction2, T epsilon);

@@ -323,6 +323,20 @@ void tanh_forward(const T* x, std::int64_t count, T* y) {
     for (int j = 0; i + j < count; ++j) y[i + j] = rest[j];
 }
 
+template <class T, class V>
+T zero_sum(const T* x, std::int64_t count) {
+    constexpr int n = width<T, V>();
+    using Unaligned = typename UnalignedOf<T, n>::type;
+    V sum = {};
+    std::int64_t i = 0;
+    for (; i + n <= count; i += n) {
+        sum += T{0} * *reinterpret_cast<const Unaligned*>(x + i);
+    }
+    T rest = 0;
+    for (; i < count; ++i) rest += T{0} * x[i];
+    return horizontal_sum<T>(sum) + rest;
+}
+
 template <class T>
 void adam(T* __restrict p, T* __restrict m, T* __restrict v, const T* __restrict g,
           std::int64_t count, T rate, T beta1, T beta2, T correction1, T correction2, T epsilon) {

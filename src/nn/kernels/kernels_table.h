@@ -146,6 +146,7 @@ Kernels<T> table() {
     t.tanh_forward = [](const T* x, std::int64_t count, T* y) {
         tanh_forward<T, Half<T>>(x, count, y);
     };
+    t.zero_sum = &zero_sum<T, Full<T>>;
     t.adam = &adam<T>;
     t.autoencoder = autoencoder_table<T>();
     return t;

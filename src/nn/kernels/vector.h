@@ -14,6 +14,12 @@ struct VectorOf {
     typedef T type __attribute__((vector_size(N * sizeof(T)), may_alias));
 };
 
+/// The same anywhere in memory.
+template <class T, int N>
+struct UnalignedOf {
+    typedef T type __attribute__((vector_size(N * sizeof(T)), may_alias, aligned(alignof(T))));
+};
+
 template <class T, class V>
 constexpr int width() {
     return static_cast<int>(sizeof(V) / sizeof(T));

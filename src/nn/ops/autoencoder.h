@@ -35,6 +35,11 @@ class Autoencoder final : public Op<T> {
     /// Adds the output of autoencoder `a` to rows (V,9,lanes); between forward and backward.
     void add_output(Tape<T>& tape, int a, std::span<T> rows) const;
 
+    /// Gradient of the component weights of autoencoder `a` at every vertex, whether it acts or
+    /// not, packed (V,9,padded), of the error and what came through the codes; after backward.
+    void full_component_grads(Tape<T>& tape, int a, AlignedVector<T>& grads) const;
+    int padded_components() const { return sizes_.padded; }
+
   private:
     static constexpr int kMatrix = kFeatureDim * kFeatureDim;
     using Matrix = std::array<T, kMatrix>;

@@ -246,5 +246,7 @@ T Autoencoder<T>::factor_of(Tape<T>& tape, int a) const {
 
 template void Autoencoder<float>::backward(Tape<float>&);
 template void Autoencoder<double>::backward(Tape<double>&);
+template float Autoencoder<float>::factor_of(Tape<float>&, int) const;
+template double Autoencoder<double>::factor_of(Tape<double>&, int) const;
 
 }  // namespace mscomp::nn
