@@ -157,6 +157,16 @@ struct FeatureFile::State {
         const std::size_t width = all.size() / outline.names.size();
         return all.subspan(static_cast<std::size_t>(index) * width, width);
     }
+    /// The system brings in what lies around a page that is used, too. Were that left, reading
+    /// shapes in any order but their own would fill the memory.
+    void forget_around(std::span<const float> all, int index) const {
+        constexpr std::size_t kAround = 65536 / sizeof(float);
+        const std::size_t width = all.size() / outline.names.size();
+        const std::size_t begin = static_cast<std::size_t>(index) * width;
+        const std::size_t first = begin - std::min(begin, kAround);
+        const std::size_t end = std::min(all.size(), begin + width + kAround);
+        file.forget(std::as_bytes(all.subspan(first, end - first)));
+    }
 
     SafetensorsFile file;
     FeatureSet outline;
@@ -182,8 +192,8 @@ std::span<const float> FeatureFile::vertices(int index) const {
 }
 
 void FeatureFile::forget(int index) const {
-    state_->file.forget(std::as_bytes(shape(index)));
-    state_->file.forget(std::as_bytes(vertices(index)));
+    state_->forget_around(state_->features, index);
+    state_->forget_around(state_->vertices, index);
 }
 
 FeatureSet read_features(const std::string& path) {
