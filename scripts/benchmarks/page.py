@@ -88,7 +88,7 @@ def comparison(steps):
                          *[ratio_text(steps.ratio(key, program, base)) if ours else ""
                            for base in BASES],
                          number(max(r["peak_mib"] for r in runs))])
-    return ["### A step beside PyTorch's", ""] + table(
+    return [] if not rows else ["### A step beside PyTorch's", ""] + table(
         ["model", "V × N", "threads", "program", "ms", "faster than PyTorch",
          "than PyTorch, linear codes", "peak MiB"], rows)
 
@@ -109,10 +109,17 @@ def scaling(steps):
                      f"{per / (base['median_ms'] / 5023):.2f}" if base else "–",
                      number(one["start_ms"]) if "start_ms" in one else "–",
                      number(max(one["peak_mib"], two["peak_mib"] if two else 0))])
-    return ["### A step against the size", ""] + table(
+    return [] if not rows else ["### A step against the size", ""] + table(
         ["model", "V", "N", "ms, 1 thread", "2 threads", "second thread gives",
          "ns per vertex and shape", "cost per vertex, V = 5,023 is 1", "start, ms", "peak MiB"],
         rows)
+
+
+def disturbed(steps):
+    """A process that computes all the time and gets less than a whole processor was not alone."""
+    count = sum(r.get("processors_used", 1) < 0.9 for r in steps.good)
+    return [f"**{count} of {len(steps.good)} runs got less than 0.9 of a processor: something else "
+            "was running, and their figures are worth little.**", ""] if count else []
 
 
 def failures(steps):
@@ -218,7 +225,7 @@ def generated(folder, others, images):
     if value and "runs" in value:
         steps = Steps(value)
         lines += [f"Measured on: {measured_on(value['context'])}.", ""]
-        lines += comparison(steps) + scaling(steps) + failures(steps)
+        lines += disturbed(steps) + comparison(steps) + scaling(steps) + failures(steps)
         lines += [f"![{title}]({images}{name})\n" for name, title in plots(steps, folder)]
     value = read(folder, "kernels.json")
     if value:

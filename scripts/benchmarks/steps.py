@@ -5,9 +5,11 @@ Writes step.json; scripts/bench.sh calls this."""
 import argparse
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
+import time
 
 import host
 
@@ -23,6 +25,11 @@ def last_to_be_spared():
     """If memory runs out, this process is the one to end."""
     with open("/proc/self/oom_score_adj", "w") as file:
         file.write("1000")
+
+
+def processor_seconds():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def run(command, environment):
@@ -144,9 +151,12 @@ class Record:
                 options.python, "-c", "import torch; print(torch.__version__)")
 
     def time(self, kind, program, size, threads, number, purpose):
+        begin, used = time.monotonic(), processor_seconds()
         result, why = program.time(*size, threads)
+        share = (processor_seconds() - used) / (time.monotonic() - begin)
         run = {"purpose": purpose, "kind": kind, "program": program.label, "vertices": size[0],
-               "shapes": size[1], "threads": threads, "round": number}
+               "shapes": size[1], "threads": threads, "round": number,
+               "processors_used": round(share, 2)}
         run.update(result if result is not None else {"failed": why})
         self.value["runs"].append(run)
         host.write(self.path, self.value)  # what is measured stays, whatever comes
