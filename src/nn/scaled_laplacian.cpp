@@ -128,8 +128,8 @@ ScaledLaplacian<T>::ScaledLaplacian(OneRings one_rings, std::span<const double> 
 template <class T>
 void ScaledLaplacian<T>::apply(const T* x, int row, T scale, const T* previous, int begin, int end,
                                T* to) const {
-    const GraphMatrix<T> matrix{rings_.offsets.data(), rings_.neighbors.data(), weights_.data(),
-                                diagonal_};
+    const GraphMatrix<T> matrix{vertex_count(), rings_.offsets.data(), rings_.neighbors.data(),
+                                weights_.data(), diagonal_};
     spectral_kernels<T>().laplacian(matrix, x, row, scale, previous, begin, end, to);
 }
 

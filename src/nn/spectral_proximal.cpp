@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 
+#include "kernels/spectral_kernels.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/nn/spectral_vae.h"
 
@@ -18,28 +19,16 @@ void proximal_step(SpectralVae<T>& model, double sparsity_weight, double rate, s
     centers.focus(weights, channels, ranges);
     const double correction = 1 - std::pow(0.999, static_cast<double>(step));
     const double threshold = rate * sparsity_weight / model.config().components;
+    // 1 - threshold / (sqrt(v) |C|), v the mean over channels of moment2 / correction. Where no
+    // slope was ever seen (0) nothing holds the entry against the penalty.
     const T bound = static_cast<T>(threshold * threshold * channels * correction);
     const std::int64_t vertices = model.vertex_count();
     parallel_for(model.config().components, [&](std::int64_t k) {
-        const std::span<const double> distances = centers.distances(k);
-        const std::span<const T> lengths = centers.lengths(k);
         const auto range = static_cast<double>(ranges[static_cast<std::size_t>(k)]);
-        for (std::int64_t v = 0; v < vertices; ++v) {
-            const auto n = static_cast<std::size_t>(v);
-            if (!(distances[n] > range) || lengths[n] == 0) continue;
-            const std::size_t first =
-                static_cast<std::size_t>(k * vertices + v) * static_cast<std::size_t>(channels);
-            T square = 0;  // channels * correction * v * |C|^2, to be compared with the threshold's
-            for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
-                square += moment2[first + c];
-            }
-            square *= lengths[n] * lengths[n];
-            // No slope was ever seen here (0): nothing holds the entry against the penalty.
-            const T keep = square > bound ? 1 - std::sqrt(bound / square) : T{0};
-            for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
-                weights[first + c] *= keep;
-            }
-        }
+        const std::int64_t first = k * vertices * channels;
+        spectral_kernels<T>().shrink(moment2.data() + first, centers.distances(k).data(),
+                                     centers.lengths(k).data(), range, bound, channels,
+                                     static_cast<int>(vertices), weights.data() + first);
     });
 }
 

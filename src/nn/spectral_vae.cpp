@@ -128,7 +128,7 @@ void SpectralVae<T>::start_batch(std::span<const int> which) {
         lane_mask_.weight[l] = l < which.size() ? T{1} : T{0};
     }
     std::ranges::fill(tape_.value(noise_), T{0});
-    if (options_.fused) batch_terms_.prepare(tape_.value(x_));
+    if (options_.fused) batch_terms_.prepare(tape_.value(x_), lane_mask_.active);
 }
 
 template <class T>

@@ -15,6 +15,9 @@ constexpr int kChannels = 9;
 /// Columns of partial sums of outer_9x9: the widest vector of any instruction set.
 constexpr int kColumns = 16;
 
+/// Of so many vertices beside each other and their rings, a part of each row fits the first cache.
+constexpr int kTogether = 16;
+
 template <class T, class V, int R>
 inline void laplacian_tile(const GraphMatrix<T>& matrix, const T* x, int row, T scale,
                            const T* previous, int v, T* out) {
@@ -27,6 +30,13 @@ inline void laplacian_tile(const GraphMatrix<T>& matrix, const T* x, int row, T 
         const T weight = matrix.weights[at];
         for (int r = 0; r < R; ++r) sums[r] += weight * load<V>(from + r * n);
     }
+    // The highest neighbour of a vertex is the one that no vertex before has touched.
+    const int later = v + kTogether;
+    if (later < matrix.vertices && matrix.offsets[later] < matrix.offsets[later + 1]) {
+        const std::int64_t highest = matrix.neighbors[matrix.offsets[later + 1] - 1];
+        for (int r = 0; r < R; ++r) __builtin_prefetch(x + highest * row + r * n);
+        for (int r = 0; r < R; ++r) __builtin_prefetch(out + kTogether * row + r * n, 1);
+    }
     for (int r = 0; r < R; ++r) {
         V value = scale * sums[r];
         if (previous) value -= load<V>(previous + own + r * n);
@@ -38,11 +48,14 @@ template <class T, class V>
 void laplacian(const GraphMatrix<T>& matrix, const T* x, int row, T scale, const T* previous,
                int begin, int end, T* out) {
     constexpr int n = width<T, V>();
-    for (int v = begin; v < end; ++v) {
-        T* to = out + static_cast<std::int64_t>(v - begin) * row;
+    for (int first = begin; first < end; first += kTogether) {
+        const int last = first + kTogether < end ? first + kTogether : end;
         in_even_tiles<9>(row / n, [&]<int R>(int r) {
-            laplacian_tile<T, V, R>(matrix, x + r * n, row, scale,
-                                    previous ? previous + r * n : nullptr, v, to + r * n);
+            for (int v = first; v < last; ++v) {
+                laplacian_tile<T, V, R>(matrix, x + r * n, row, scale,
+                                        previous ? previous + r * n : nullptr, v,
+                                        out + static_cast<std::int64_t>(v - begin) * row + r * n);
+            }
         });
     }
 }
@@ -138,15 +151,98 @@ double error_slope(const T* x, const T* lane_weight, T factor, int lanes, int co
     return static_cast<double>(horizontal_sum<T>(sum));
 }
 
-template <class T>
-void lengths(const T* weights, int channels, int count, T* result) {
+/// result[v] = sum of the numbers of vertex v, or of their squares. Nine channels are the usual
+/// case, and known to the compiler there.
+template <class T, int Channels>
+void vertex_sums(const T* numbers, bool squared, int channels, int count, T* result) {
+    const int n = Channels > 0 ? Channels : channels;
     for (int v = 0; v < count; ++v) {
-        const T* at = weights + static_cast<std::int64_t>(v) * channels;
+        const T* at = numbers + static_cast<std::int64_t>(v) * n;
         T sum = 0;
-        for (int c = 0; c < channels; ++c) sum += at[c] * at[c];
+        for (int c = 0; c < n; ++c) sum += squared ? at[c] * at[c] : at[c];
         result[v] = sum;
     }
-    for (int v = 0; v < count; ++v) result[v] = static_cast<T>(sqrt(result[v]));
+}
+template <class T>
+void vertex_sums(const T* numbers, bool squared, int channels, int count, T* result) {
+    if (channels == kChannels) {
+        vertex_sums<T, kChannels>(numbers, squared, channels, count, result);
+    } else {
+        vertex_sums<T, 0>(numbers, squared, channels, count, result);
+    }
+}
+
+/// numbers of vertex v *= factors[v].
+template <class T, int Channels>
+void scale_vertices(const T* factors, int channels, int count, T* numbers) {
+    const int n = Channels > 0 ? Channels : channels;
+    for (int v = 0; v < count; ++v) {
+        T* at = numbers + static_cast<std::int64_t>(v) * n;
+        for (int c = 0; c < n; ++c) at[c] *= factors[v];
+    }
+}
+
+template <class T>
+int lengths(const T* weights, int channels, int count, T* result) {
+    vertex_sums(weights, true, channels, count, result);
+    T largest = 0;
+    for (int v = 0; v < count; ++v) {
+        result[v] = static_cast<T>(sqrt(result[v]));
+        largest = result[v] > largest ? result[v] : largest;
+    }
+    for (int v = 0; v < count; ++v) {
+        if (result[v] == largest) return v;
+    }
+    return 0;  // not a number
+}
+
+template <class T>
+double outside(const double* distances, const T* lengths, double range, int count) {
+    constexpr int n = MSCOMP_VECTOR_BYTES / static_cast<int>(sizeof(double));
+    using Doubles = typename VectorOf<double, n>::type;
+    using Lengths = typename VectorOf<T, n>::type;
+    Doubles sums = {};
+    int v = 0;
+    for (; v + n <= count; v += n) {
+        const Doubles distance = load_unaligned<double, Doubles>(distances + v);
+        const Doubles length =
+            __builtin_convertvector(load_unaligned<T, Lengths>(lengths + v), Doubles);
+        sums += distance > range ? length : Doubles{};
+    }
+    double sum = horizontal_sum<double>(sums);
+    for (; v < count; ++v) sum += distances[v] > range ? static_cast<double>(lengths[v]) : 0.0;
+    return sum;
+}
+
+template <class T>
+void shrink(const T* moment2, const double* distances, const T* lengths, double range, T bound,
+            int channels, int count, T* weights) {
+    constexpr int kBlock = 64;
+    for (int first = 0; first < count; first += kBlock) {
+        const int size = count - first < kBlock ? count - first : kBlock;
+        T keep[kBlock];
+        bool changes = false;
+        for (int i = 0; i < size; ++i) {
+            const bool is_shrunk = distances[first + i] > range && lengths[first + i] > 0;
+            keep[i] = is_shrunk ? T{0} : T{1};
+            changes |= is_shrunk;
+        }
+        if (!changes) continue;
+        T squares[kBlock];
+        const std::int64_t at = static_cast<std::int64_t>(first) * channels;
+        vertex_sums(moment2 + at, false, channels, size, squares);
+        for (int i = 0; i < size; ++i) squares[i] *= lengths[first + i] * lengths[first + i];
+        for (int i = 0; i < size; ++i) {
+            const T share =
+                squares[i] > bound ? 1 - static_cast<T>(sqrt(bound / squares[i])) : T{0};
+            keep[i] = keep[i] > 0 ? keep[i] : share;
+        }
+        if (channels == kChannels) {
+            scale_vertices<T, kChannels>(keep, channels, size, weights + at);
+        } else {
+            scale_vertices<T, 0>(keep, channels, size, weights + at);
+        }
+    }
 }
 
 }  // namespace mscomp::nn::MSCOMP_ISA

@@ -14,10 +14,20 @@ namespace mscomp::nn {
 /// A symmetric matrix over vertices: `diagonal` on the diagonal, weights[n] at neighbors[n].
 template <class T>
 struct GraphMatrix {
+    int vertices;
     const int* offsets;
     const int* neighbors;
     const T* weights;
     T diagonal;
+};
+
+/// Memory that is needed soon: a kernel that computes much and reads little fetches as much of it
+/// on the way as it can, and counts it in `done`. Says nothing about results.
+struct Ahead {
+    const char* pieces[4] = {};
+    int count = 0;
+    std::int64_t bytes = 0;  // of each piece
+    std::int64_t done = 0;   // of all pieces
 };
 
 template <class T>
@@ -41,16 +51,22 @@ struct SpectralKernels {
     double (*error_slope)(const T* x, const T* lane_weight, T factor, int lanes, int count, T* y);
     /// codes[k] += sum_i weights[k stride + i] rows[i], i < count.
     void (*project)(const T* weights, std::int64_t stride, int components, const T* rows, int lanes,
-                    int count, T* codes);
+                    int count, Ahead& ahead, T* codes);
     /// rows[i] (+)= sum_k weights[k stride + i] codes[k], i < count.
     void (*expand)(const T* weights, std::int64_t stride, int components, const T* codes, int lanes,
-                   int count, bool accumulate, T* rows);
+                   int count, bool accumulate, Ahead& ahead, T* rows);
     /// grad[k stride + i] += sum_{l < active} codes[l][k] rows[i][l], i < count; codes are
     /// [active][padded], padded a multiple of 16; scratch holds count * padded numbers.
     void (*outer)(const T* codes, int padded, int components, const T* rows, int lanes, int active,
                   int count, T* scratch, std::int64_t stride, T* grad);
-    /// lengths[v] = |weights_v|, `channels` numbers per vertex.
-    void (*lengths)(const T* weights, int channels, int count, T* lengths);
+    /// lengths[v] = |weights_v|, `channels` numbers per vertex; returns the first longest.
+    int (*lengths)(const T* weights, int channels, int count, T* lengths);
+    /// Sum of the lengths at vertices whose distance exceeds `range`.
+    double (*outside)(const double* distances, const T* lengths, double range, int count);
+    /// weights_v *= max(0, 1 - sqrt(bound / (sum of moment2_v) / lengths_v^2)) where the distance
+    /// exceeds `range` and the length is not 0; 0 where moment2 is.
+    void (*shrink)(const T* moment2, const double* distances, const T* lengths, double range,
+                   T bound, int channels, int count, T* weights);
 };
 
 /// The kernels of the instruction set that kernels<T>() has picked.

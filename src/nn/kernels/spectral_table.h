@@ -42,16 +42,19 @@ SpectralKernels<T> spectral_table() {
         return MSCOMP_BY_SIZE(lanes, error_slope, x, lane_weight, factor, lanes, count, y);
     };
     t.project = [](const T* weights, std::int64_t stride, int components, const T* rows, int lanes,
-                   int count, T* codes) {
-        MSCOMP_BY_SIZE(lanes, project, weights, stride, components, rows, lanes, count, codes);
+                   int count, Ahead& ahead, T* codes) {
+        MSCOMP_BY_SIZE(lanes, project, weights, stride, components, rows, lanes, count, ahead,
+                       codes);
     };
     t.expand = [](const T* weights, std::int64_t stride, int components, const T* codes, int lanes,
-                  int count, bool accumulate, T* rows) {
+                  int count, bool accumulate, Ahead& ahead, T* rows) {
         MSCOMP_BY_SIZE(lanes, expand, weights, stride, components, codes, lanes, count, accumulate,
-                       rows);
+                       ahead, rows);
     };
     t.outer = &outer<T, Whole<T>>;
     t.lengths = &lengths<T>;
+    t.outside = &outside<T>;
+    t.shrink = &shrink<T>;
     return t;
 }
 

@@ -17,6 +17,9 @@ constexpr int tile_vectors() {
     return sizeof(V) == MSCOMP_VECTOR_BYTES ? 3 : 1;
 }
 
+// Weights are read in short runs, one for each component, which no processor foresees: the runs of
+// the piece that follows, `count` further on, are fetched while this one is worked on.
+
 /// Vectors that lie on no boundary.
 template <class T, class V>
 struct Unaligned {
@@ -59,15 +62,37 @@ inline void in_even_tiles(int count, Call call) {
     }
 }
 
+/// What a loop of `rounds` fetches, one line of the cache each round; `otherwise` again and again
+/// where nothing is left.
+struct Fetch {
+    const char* at;
+    std::int64_t step;
+};
+constexpr int kLine = 64;
+inline Fetch next_fetch(Ahead& ahead, std::int64_t rounds, const void* otherwise) {
+    if (ahead.done >= ahead.count * ahead.bytes) {
+        return {static_cast<const char*>(otherwise), 0};
+    }
+    const Fetch fetch{ahead.pieces[ahead.done / ahead.bytes] + ahead.done % ahead.bytes, kLine};
+    const std::int64_t left = ahead.bytes - ahead.done % ahead.bytes;
+    ahead.done += rounds * kLine < left ? rounds * kLine : left;
+    return fetch;
+}
+
 template <class T, class V, int R, int G>
 inline void project_tile(const T* weights, std::int64_t stride, const T* rows, int lanes, int count,
-                         T* codes) {
+                         Fetch fetch, T* codes) {
     constexpr int n = width<T, V>();
     V sums[R][G];
     for (int r = 0; r < R; ++r) {
         for (int g = 0; g < G; ++g) sums[r][g] = load<V>(codes + r * lanes + g * n);
     }
+    constexpr int line = kLine / static_cast<int>(sizeof(T));
     for (int i = 0; i < count; ++i) {
+        if (i % line == 0) {
+            for (int r = 0; r < R; ++r) __builtin_prefetch(weights + r * stride + i + count);
+        }
+        __builtin_prefetch(fetch.at + i * fetch.step);
         V row[G];
         for (int g = 0; g < G; ++g) row[g] = load<V>(rows + i * lanes + g * n);
         for (int r = 0; r < R; ++r) {
@@ -82,19 +107,19 @@ inline void project_tile(const T* weights, std::int64_t stride, const T* rows, i
 
 template <class T, class V>
 void project(const T* weights, std::int64_t stride, int components, const T* rows, int lanes,
-             int count, T* codes) {
+             int count, Ahead& ahead, T* codes) {
     constexpr int n = width<T, V>();
     in_even_tiles<tile_vectors<V>()>(lanes / n, [&]<int G>(int g) {
         in_even_tiles<kTileRows>(components, [&]<int R>(int k) {
             project_tile<T, V, R, G>(weights + k * stride, stride, rows + g * n, lanes, count,
-                                     codes + k * lanes + g * n);
+                                     next_fetch(ahead, count, rows), codes + k * lanes + g * n);
         });
     });
 }
 
 template <class T, class V, int R, int G>
 inline void expand_tile(const T* weights, std::int64_t stride, int components, const T* codes,
-                        int lanes, bool accumulate, T* rows) {
+                        int lanes, int following, bool accumulate, Fetch fetch, T* rows) {
     constexpr int n = width<T, V>();
     V sums[R][G];
     for (int r = 0; r < R; ++r) {
@@ -103,6 +128,8 @@ inline void expand_tile(const T* weights, std::int64_t stride, int components, c
         }
     }
     for (int k = 0; k < components; ++k) {
+        __builtin_prefetch(weights + k * stride + following);
+        __builtin_prefetch(fetch.at + k * fetch.step);
         V code[G];
         for (int g = 0; g < G; ++g) code[g] = load<V>(codes + k * lanes + g * n);
         for (int r = 0; r < R; ++r) {
@@ -117,12 +144,13 @@ inline void expand_tile(const T* weights, std::int64_t stride, int components, c
 
 template <class T, class V>
 void expand(const T* weights, std::int64_t stride, int components, const T* codes, int lanes,
-            int count, bool accumulate, T* rows) {
+            int count, bool accumulate, Ahead& ahead, T* rows) {
     constexpr int n = width<T, V>();
     in_even_tiles<tile_vectors<V>()>(lanes / n, [&]<int G>(int g) {
         in_even_tiles<kTileRows>(count, [&]<int R>(int i) {
-            expand_tile<T, V, R, G>(weights + i, stride, components, codes + g * n, lanes,
-                                    accumulate, rows + i * lanes + g * n);
+            expand_tile<T, V, R, G>(weights + i, stride, components, codes + g * n, lanes, count,
+                                    accumulate, next_fetch(ahead, components, codes),
+                                    rows + i * lanes + g * n);
         });
     });
 }
@@ -187,6 +215,7 @@ void add_transposed(const T* products, int padded, int components, int count, st
             transpose<V, n>(square);
             for (int r = 0; r < n && k + r < components; ++r) {
                 T* target = grad + (k + r) * stride + i;
+                __builtin_prefetch(target + count, 1);
                 store_unaligned<T, V>(target, load_unaligned<T, V>(target) + square[r]);
             }
         }

@@ -13,11 +13,8 @@ namespace {
 /// Sum of lengths beyond `range`.
 template <class T>
 double penalty(std::span<const double> distances, std::span<const T> lengths, double range) {
-    double sum = 0;
-    for (std::size_t v = 0; v < lengths.size(); ++v) {
-        sum += distances[v] > range ? static_cast<double>(lengths[v]) : 0.0;
-    }
-    return sum;
+    return spectral_kernels<T>().outside(distances.data(), lengths.data(), range,
+                                         static_cast<int>(lengths.size()));
 }
 
 template <class T>
@@ -121,12 +118,9 @@ void ComponentCenters<T>::focus(std::span<const T> component_weights, int channe
     std::vector<int> longest(count);
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
         const std::size_t first = static_cast<std::size_t>(index) * vertices;
-        spectral_kernels<T>().lengths(
+        longest[static_cast<std::size_t>(index)] = spectral_kernels<T>().lengths(
             component_weights.data() + first * static_cast<std::size_t>(channels), channels,
             static_cast<int>(vertices), lengths_.data() + first);
-        const std::span<const T> length = lengths(index);
-        longest[static_cast<std::size_t>(index)] =
-            static_cast<int>(std::max_element(length.begin(), length.end()) - length.begin());
     });
     centers_.resize(count, -1);
     rows_.resize(count);

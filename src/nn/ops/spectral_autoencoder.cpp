@@ -82,21 +82,24 @@ class SpectralEncoder final : public Op<T> {
 
     void forward(Tape<T>& tape) override {
         const SpectralKernels<T>& k = spectral_kernels<T>();
-        for_each_chunk(1, size_.vertices,
-                       [&](std::int64_t, std::int64_t chunk, int begin, int end) {
-                           T* partial = partials_.data() + chunk * 2 * size_.codes();
-                           std::fill_n(partial, 2 * size_.codes(), T{0});
-                           for_each_piece(begin, end, [&](int v, int count) {
-                               T* f = f_.data() + row(v);
-                               k.filter(terms_at(v).data(), terms_.order(),
-                                        tape.value(theta_).data(), true, size_.lanes, count, f);
-                               for (int which = 0; which < 2; ++which) {
-                                   k.project(weights_at(tape.value(weights_[which]), v),
-                                             size_.stride(), size_.components, f, size_.lanes,
-                                             count * kFeatureDim, partial + which * size_.codes());
-                               }
-                           });
-                       });
+        for_each_chunk(
+            1, size_.vertices, [&](std::int64_t, std::int64_t chunk, int begin, int end) {
+                T* partial = partials_.data() + chunk * 2 * size_.codes();
+                std::fill_n(partial, 2 * size_.codes(), T{0});
+                for_each_piece(begin, end, [&](int v, int count) {
+                    T* f = f_.data() + row(v);
+                    k.filter(terms_at(v).data(), terms_.order(), tape.value(theta_).data(), true,
+                             size_.lanes, count, f);
+                    NextPiece<T> next(row(1), size_.vertices, v, count);
+                    for (int h = 0; h < terms_.order(); ++h) next.add(terms_.term(h));
+                    next.add(f_.data());
+                    for (int which = 0; which < 2; ++which) {
+                        k.project(weights_at(tape.value(weights_[which]), v), size_.stride(),
+                                  size_.components, f, size_.lanes, count * kFeatureDim,
+                                  next.ahead(), partial + which * size_.codes());
+                    }
+                });
+            });
         std::fill(tape.value(moments_).begin(), tape.value(moments_).end(), T{0});
         add_blocks(partials_, chunk_count(size_.vertices), 2 * size_.codes(),
                    tape.value(moments_).data());
@@ -113,10 +116,13 @@ class SpectralEncoder final : public Op<T> {
                 Scratch<T>& scratch = Scratch<T>::of_thread(size_);
                 for_each_piece(begin, end, [&](int v, int count) {
                     T* pre = scratch.rows.data();
+                    NextPiece<T> next(row(1), size_.vertices, v, count);
+                    next.add(f_.data());
+                    for (int h = 0; h < terms_.order(); ++h) next.add(terms_.term(h));
                     for (int which = 0; which < 2; ++which) {
                         k.expand(weights_at(tape.value(weights_[which]), v), size_.stride(),
                                  size_.components, slope(tape, which), size_.lanes,
-                                 count * kFeatureDim, which > 0, pre);
+                                 count * kFeatureDim, which > 0, next.ahead(), pre);
                     }
                     const T* f = f_.data() + row(v);
                     k.tanh_slope(f, row(count), pre);
@@ -126,7 +132,7 @@ class SpectralEncoder final : public Op<T> {
                     }
                     for (int which = 0; which < 2; ++which) {
                         k.outer(transposed_[which].data(), size_.padded(), size_.components, f,
-                                size_.lanes, size_.lanes, count * kFeatureDim,
+                                size_.lanes, terms_.active(), count * kFeatureDim,
                                 scratch.products.data(), size_.stride(),
                                 weights_at(tape.grad(weights_[which]), v));
                     }
@@ -227,9 +233,11 @@ class SpectralDecoder final : public Op<T> {
         const SpectralKernels<T>& k = spectral_kernels<T>();
         for_each_chunk(1, size_.vertices, [&](std::int64_t, std::int64_t, int begin, int end) {
             for_each_piece(begin, end, [&](int v, int count) {
+                NextPiece<T> next(row(1), size_.vertices, v, count);
+                next.add(term(0));
                 k.expand(tape.value(weights_).data() + std::int64_t{v} * kFeatureDim,
                          size_.stride(), size_.components, tape.value(codes_).data(), size_.lanes,
-                         count * kFeatureDim, false, term(0) + row(v));
+                         count * kFeatureDim, false, next.ahead(), term(0) + row(v));
             });
         });
         store_inner_terms(term(0));
@@ -345,10 +353,14 @@ class SpectralDecoder final : public Op<T> {
                         filter_gradient_.sums(chunk, h));
         }
         const std::int64_t first = std::int64_t{v} * kFeatureDim;
+        NextPiece<T> next(row(1), size_.vertices, v, count);
+        next.add(term(0));
+        next.add(slope_.data());
+        if (order_ > 2) next.add(term(1));
         k.project(tape.value(weights_).data() + first, size_.stride(), size_.components,
-                  expanded_slope, size_.lanes, count * kFeatureDim, partial);
+                  expanded_slope, size_.lanes, count * kFeatureDim, next.ahead(), partial);
         k.outer(transposed_.data(), size_.padded(), size_.components, expanded_slope, size_.lanes,
-                size_.lanes, count * kFeatureDim, scratch.products.data(), size_.stride(),
+                lane_mask_.active, count * kFeatureDim, scratch.products.data(), size_.stride(),
                 tape.grad(weights_).data() + first);
     }
 
@@ -377,7 +389,8 @@ BatchTerms<T>::BatchTerms(const ScaledLaplacian<T>& laplacian, int order, int la
 }
 
 template <class T>
-void BatchTerms<T>::prepare(std::span<const T> x) {
+void BatchTerms<T>::prepare(std::span<const T> x, int active) {
+    active_ = active;
     const int row = kFeatureDim * lanes_;
     terms_[0] = x.data();
     for (int h = 1; h < order(); ++h) {

@@ -45,6 +45,26 @@ void for_each_piece(int begin, int end, Body&& body) {
     for (int v = begin; v < end; v += kPiece) body(v, std::min(kPiece, end - v));
 }
 
+/// The rows that the piece behind vertices [v, v + count) needs of up to four arrays.
+template <class T>
+class NextPiece {
+  public:
+    NextPiece(std::int64_t row, std::int64_t vertices, int v, int count)
+        : first_((v + count) * row) {
+        ahead_.bytes = std::min<std::int64_t>(kPiece, vertices - v - count) * row *
+                       static_cast<std::int64_t>(sizeof(T));
+    }
+    void add(const T* rows) {
+        if (ahead_.count == 4 || ahead_.bytes == 0) return;
+        ahead_.pieces[ahead_.count++] = reinterpret_cast<const char*>(rows + first_);
+    }
+    Ahead& ahead() { return ahead_; }
+
+  private:
+    std::int64_t first_;
+    Ahead ahead_;
+};
+
 /// target[i] += sum of `parts` blocks of `size` numbers, in their order, in double.
 template <class T>
 void add_blocks(const AlignedVector<T>& blocks, std::int64_t parts, std::int64_t size, T* target) {
@@ -84,11 +104,12 @@ void add_codes(const LatentSize& size, const T* weights, const T* rows, AlignedV
     const std::int64_t chunks = chunk_count(size.vertices);
     partials.assign(static_cast<std::size_t>(chunks * size.codes()), T{0});
     for_each_chunk(1, size.vertices, [&](std::int64_t, std::int64_t chunk, int begin, int end) {
+        Ahead ahead;
         for_each_piece(begin, end, [&](int v, int count) {
             spectral_kernels<T>().project(
                 weights + std::int64_t{v} * size.channels, size.stride(), size.components,
                 rows + std::int64_t{v} * size.channels * size.lanes, size.lanes,
-                count * size.channels, partials.data() + chunk * size.codes());
+                count * size.channels, ahead, partials.data() + chunk * size.codes());
         });
     });
     add_blocks(partials, chunks, size.codes(), codes);
@@ -99,9 +120,10 @@ template <class T>
 void expand_all(const LatentSize& size, const T* weights, const T* codes, bool accumulate,
                 T* rows) {
     for_each_chunk(1, size.vertices, [&](std::int64_t, std::int64_t, int begin, int end) {
+        Ahead ahead;
         spectral_kernels<T>().expand(weights + std::int64_t{begin} * size.channels, size.stride(),
                                      size.components, codes, size.lanes,
-                                     (end - begin) * size.channels, accumulate,
+                                     (end - begin) * size.channels, accumulate, ahead,
                                      rows + std::int64_t{begin} * size.channels * size.lanes);
     });
 }

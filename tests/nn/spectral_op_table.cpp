@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "spectral_op_table.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gradient_check.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr int kComponents = 5;
+
+template <class T>
+std::int64_t vertices(const SpectralFixture<T>& f) {
+    return f.laplacian->vertex_count();
+}
+
+template <class T>
+std::int64_t lanes(const SpectralFixture<T>& f) {
+    return static_cast<std::int64_t>(f.lanes.weight.size());
+}
+
+template <class T>
+Var input(SpectralFixture<T>& f, const char* name, Extents extents, double scale,
+          bool needs_grad = true) {
+    const Var var = f.tape.input(name, std::move(extents), needs_grad);
+    fill_random(f.tape, var, static_cast<std::uint64_t>(var.index), scale);
+    if (needs_grad) f.inputs.push_back(var);
+    return var;
+}
+
+template <class T>
+Var rows(SpectralFixture<T>& f, const char* name, std::int64_t channels) {
+    return input(f, name, {1, vertices(f), channels, lanes(f)}, 1.0);
+}
+
+template <class T>
+Var weights(SpectralFixture<T>& f, const char* name, std::int64_t channels) {
+    return input(f, name, {1, kComponents, vertices(f), channels}, 0.3);
+}
+
+template <class T>
+Var filters(SpectralFixture<T>& f, std::int64_t order, std::int64_t in, std::int64_t out) {
+    return input(f, "theta", {order, in, out}, 0.15);
+}
+
+template <class T>
+Var moments(SpectralFixture<T>& f) {
+    return input(f, "moments", {2, kComponents, lanes(f)}, 0.8);
+}
+
+template <class T>
+void conv(SpectralFixture<T>& f, std::int64_t order, std::int64_t in, std::int64_t out,
+          Activation activation) {
+    const Var x = rows(f, "x", in);
+    f.output = cheb_conv(f.tape, *f.laplacian, x, filters(f, order, in, out), activation);
+}
+
+template <class T>
+void sample(SpectralFixture<T>& f, Spread spread) {
+    const Var both = moments(f);
+    f.output =
+        sample_codes(f.tape, both, input(f, "noise", {1, kComponents, lanes(f)}, 1.0), spread);
+}
+
+/// A batch without gradient; zero in lanes without a shape, as the loader leaves them.
+template <class T>
+Var batch(SpectralFixture<T>& f) {
+    const Var x = input(f, "x", {1, vertices(f), 9, lanes(f)}, 0.5, false);
+    const std::span<T> values = f.tape.value(x);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        values[i] *= f.lanes.weight[i % f.lanes.weight.size()];
+    }
+    return x;
+}
+
+template <class T>
+void encoder(SpectralFixture<T>& f, int order) {
+    f.terms = std::make_unique<BatchTerms<T>>(*f.laplacian, order, static_cast<int>(lanes(f)));
+    f.terms->prepare(f.tape.value(batch(f)), f.lanes.active);
+    const Var theta = filters(f, order, 9, 9), own = weights(f, "C", 9);
+    f.output = spectral_encoder(f.tape, *f.terms, theta, own, weights(f, "C_std", 9));
+}
+
+template <class T>
+void decoder(SpectralFixture<T>& f, int order) {
+    const Var codes = input(f, "codes", {1, kComponents, lanes(f)}, 0.7);
+    const Var own = weights(f, "C", 9), theta = filters(f, order, 9, 9);
+    f.output = spectral_decoder(f.tape, *f.laplacian, codes, own, theta, batch(f), f.lanes);
+}
+
+/// Omega, whose gradient by the ranges is a definition and no slope; centres that no small step
+/// moves.
+template <class T>
+void sparsity(SpectralFixture<T>& f, std::int64_t channels) {
+    const Var c = weights(f, "C", channels);
+    for (std::int64_t k = 0; k < kComponents; ++k) {
+        const std::int64_t v = (5 * k + 3) % vertices(f);
+        f.tape.value(c)[static_cast<std::size_t>((k * vertices(f) + v) * channels)] = T{4};
+    }
+    const Var ranges = f.tape.input("d", {kComponents}, true);
+    std::fill_n(f.tape.value(ranges).begin(), kComponents, T(0.31));
+    f.centers = std::make_unique<ComponentCenters<T>>(*f.distances, CenterRule::follow);
+    f.output = learned_sparsity(f.tape, c, ranges, *f.centers, StraightThrough::outside, true);
+}
+
+}  // namespace
+
+template <class T>
+std::vector<SpectralOpCase<T>> spectral_op_table() {
+    using F = SpectralFixture<T>;
+    return {
+        {"cheb_conv tanh", [](F& f) { conv(f, 3, 9, 9, Activation::tanh); }},
+        {"cheb_conv order 1", [](F& f) { conv(f, 1, 9, 9, Activation::none); }},
+        {"cheb_conv order 4 9 to 5", [](F& f) { conv(f, 4, 9, 5, Activation::none); }},
+        {"cheb_conv order 2 5 to 9", [](F& f) { conv(f, 2, 5, 9, Activation::tanh); }},
+        {"project_moments",
+         [](F& f) {
+             const Var x = rows(f, "f", 9), c = weights(f, "C", 9);
+             f.output = project_moments(f.tape, x, c, weights(f, "C_std", 9));
+         }},
+        {"project_moments of 5 channels",
+         [](F& f) {
+             const Var x = rows(f, "f", 5), c = weights(f, "C", 5);
+             f.output = project_moments(f.tape, x, c, weights(f, "C_std", 5));
+         }},
+        {"expand_codes",
+         [](F& f) {
+             const Var z = input(f, "codes", {1, kComponents, lanes(f)}, 1.0);
+             f.output = expand_codes(f.tape, z, weights(f, "C", 9));
+         }},
+        {"expand_codes to 5 channels",
+         [](F& f) {
+             const Var z = input(f, "codes", {1, kComponents, lanes(f)}, 1.0);
+             f.output = expand_codes(f.tape, z, weights(f, "C", 5));
+         }},
+        {"sample_codes", [](F& f) { sample(f, Spread::log_variance); }},
+        {"sample_codes linear", [](F& f) { sample(f, Spread::linear); }},
+        {"kl_divergence",
+         [](F& f) {
+             f.output = kl_divergence(f.tape, moments(f), Spread::log_variance, 0.0, f.lanes);
+         }},
+        {"kl_divergence linear",
+         [](F& f) { f.output = kl_divergence(f.tape, moments(f), Spread::linear, 0.1, f.lanes); }},
+        {"range_term sum",
+         [](F& f) { f.output = range_term(f.tape, input(f, "d", {7}, 1.0), RangeTerm::sum); }},
+        {"range_term l2",
+         [](F& f) { f.output = range_term(f.tape, input(f, "d", {7}, 1.0), RangeTerm::l2); }},
+        {"learned_sparsity", [](F& f) { sparsity(f, 9); }},
+        {"learned_sparsity of 5 channels", [](F& f) { sparsity(f, 5); }},
+        {"spectral_encoder", [](F& f) { encoder(f, 3); }},
+        {"spectral_encoder order 1", [](F& f) { encoder(f, 1); }},
+        {"spectral_encoder order 5", [](F& f) { encoder(f, 5); }},
+        {"spectral_decoder", [](F& f) { decoder(f, 3); }},
+        {"spectral_decoder order 1", [](F& f) { decoder(f, 1); }},
+        {"spectral_decoder order 2", [](F& f) { decoder(f, 2); }},
+        {"spectral_decoder order 5", [](F& f) { decoder(f, 5); }},
+    };
+}
+
+template <class T>
+std::unique_ptr<SpectralFixture<T>> make_spectral_fixture(const SpectralOpCase<T>& op_case,
+                                                          FixtureSize size) {
+    const bool wide = size == FixtureSize::wide;
+    auto fixture = std::make_unique<SpectralFixture<T>>();
+    TriangleMesh mesh = wide ? shapes::grid(17, 17) : shapes::grid(4, 3);
+    mesh.vertices.push_back({9, 9, 9});  // in no face: its ring is empty
+    fixture->laplacian =
+        std::make_unique<ScaledLaplacian<T>>(one_rings_of_faces(mesh.vertex_count(), mesh.faces),
+                                             std::span<const double>{}, LambdaMax::exact);
+    fixture->distances = std::make_unique<LineDistances>(mesh.vertex_count());
+    fixture->lanes.active = wide ? 37 : 5;
+    fixture->lanes.weight.assign(wide ? 48 : 8, T{0});
+    std::fill_n(fixture->lanes.weight.begin(), fixture->lanes.active, T{1});
+    op_case.build(*fixture);
+    return fixture;
+}
+
+template std::vector<SpectralOpCase<float>> spectral_op_table();
+template std::vector<SpectralOpCase<double>> spectral_op_table();
+template std::unique_ptr<SpectralFixture<float>> make_spectral_fixture(const SpectralOpCase<float>&,
+                                                                       FixtureSize);
+template std::unique_ptr<SpectralFixture<double>> make_spectral_fixture(
+    const SpectralOpCase<double>&, FixtureSize);
+
+}  // namespace mscomp::nn

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/spectral_ops.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "gradient_check.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/base/random.h"
+#include "mscomp/nn/spectral_vae.h"
+#include "spectral_op_table.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr double kGradientTolerance = 1e-6;
+constexpr std::size_t kSamples = 12;  // of each input of a wide fixture
+constexpr double kUnitRoundoff = 6e-8;
+
+using CaseAndSize = std::tuple<SpectralOpCase<double>, FixtureSize>;
+
+class EverySpectralOp : public testing::TestWithParam<CaseAndSize> {
+  protected:
+    static bool wide() { return std::get<1>(GetParam()) == FixtureSize::wide; }
+    static std::unique_ptr<SpectralFixture<double>> fixture_of_case() {
+        return make_spectral_fixture(std::get<0>(GetParam()), std::get<1>(GetParam()));
+    }
+};
+
+std::string test_name(const testing::TestParamInfo<CaseAndSize>& info) {
+    std::string name = std::get<0>(info.param).name;
+    if (std::get<1>(info.param) == FixtureSize::wide) name += " wide";
+    std::replace(name.begin(), name.end(), ' ', '_');
+    return name;
+}
+
+TEST_P(EverySpectralOp, BackwardAgreesWithFiniteDifferences) {
+    set_thread_count(1);  // thousands of tiny passes: starting threads would take most of the time
+    const auto fixture = fixture_of_case();
+    const GradientReport report =
+        wide() ? check_gradients(fixture->tape, fixture->output, fixture->inputs, kSamples)
+               : check_gradients(fixture->tape, fixture->output, fixture->inputs);
+    set_thread_count(0);
+    EXPECT_TRUE(report.within(kGradientTolerance)) << report.worst_error << " at " << report.where;
+}
+
+TEST_P(EverySpectralOp, ForwardAgreesWithTheNaiveReference) {
+    const auto fixture = fixture_of_case();
+    fixture->tape.forward();
+    const std::vector<double> expected = fixture->tape.ops()[0]->reference(fixture->tape);
+    const std::span<double> got = fixture->tape.value(fixture->output);
+    ASSERT_EQ(got.size(), expected.size());
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        EXPECT_TRUE(std::abs(got[i] - expected[i]) <= 1e-12 * (1 + std::abs(expected[i])))
+            << i << ": " << got[i] << " instead of " << expected[i];
+    }
+}
+
+TEST_P(EverySpectralOp, BackwardAddsToWhatIsThere) {
+    const auto fixture = fixture_of_case();
+    Tape<double>& tape = fixture->tape;
+    std::vector<std::vector<double>> once;
+    for (int pass = 1; pass <= 2; ++pass) {
+        tape.forward();
+        std::fill(tape.grad(fixture->output).begin(), tape.grad(fixture->output).end(), 1.0);
+        tape.ops()[0]->backward(tape);
+        for (const Var input : fixture->inputs) {
+            if (pass == 1) once.emplace_back(tape.grad(input).begin(), tape.grad(input).end());
+        }
+    }
+    for (std::size_t n = 0; n < once.size(); ++n) {
+        for (std::size_t i = 0; i < once[n].size(); ++i) {
+            EXPECT_TRUE(std::abs(tape.grad(fixture->inputs[n])[i] - 2 * once[n][i]) <=
+                        1e-12 * (1 + std::abs(once[n][i])));
+        }
+    }
+}
+
+TEST_P(EverySpectralOp, ThreadsDoNotChangeABit) {
+    std::vector<std::vector<double>> results;
+    for (const int threads : {1, 2, 7}) {
+        set_thread_count(threads);
+        const auto fixture = fixture_of_case();
+        check_gradients(fixture->tape, fixture->output, {});
+        const std::span<double> output = fixture->tape.value(fixture->output);
+        std::vector<double>& result = results.emplace_back(output.begin(), output.end());
+        for (const Var input : fixture->inputs) {
+            const std::span<double> gradient = fixture->tape.grad(input);
+            result.insert(result.end(), gradient.begin(), gradient.end());
+        }
+    }
+    set_thread_count(0);
+    EXPECT_EQ(results[0], results[1]);
+    EXPECT_EQ(results[0], results[2]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, EverySpectralOp,
+                         testing::Combine(testing::ValuesIn(spectral_op_table<double>()),
+                                          testing::Values(FixtureSize::narrow, FixtureSize::wide)),
+                         test_name);
+
+/// Output and then the gradients of all inputs after one backward pass from random gradients.
+template <class T>
+std::vector<std::vector<T>> forward_and_backward(const SpectralOpCase<T>& op_case,
+                                                 FixtureSize size) {
+    const auto fixture = make_spectral_fixture(op_case, size);
+    Tape<T>& tape = fixture->tape;
+    tape.forward();
+    const std::span<T> seed = tape.grad(fixture->output);
+    const CounterRandom random(41, 0);
+    for (std::size_t i = 0; i < seed.size(); ++i) seed[i] = static_cast<T>(random.normal(i));
+    tape.ops()[0]->backward(tape);
+    std::vector<std::vector<T>> results{
+        {tape.value(fixture->output).begin(), tape.value(fixture->output).end()}};
+    for (const Var input : fixture->inputs) {
+        results.emplace_back(tape.grad(input).begin(), tape.grad(input).end());
+    }
+    return results;
+}
+
+// Float against double, as for the ops of the stacked model: terms have random signs, so a sum of n
+// of them and the roundoff it collects both grow like sqrt(n). The chains here are up to three
+// products long (codes, terms of degree 2, filters), each of 7 x 9 terms per vertex.
+TEST(SpectralFloatOps, AgreeWithDoubleWithinRoundoff) {
+    const auto single = spectral_op_table<float>();
+    const auto twice = spectral_op_table<double>();
+    for (const FixtureSize size : {FixtureSize::narrow, FixtureSize::wide}) {
+        for (std::size_t n = 0; n < single.size(); ++n) {
+            const auto got = forward_and_backward(single[n], size);
+            const auto expected = forward_and_backward(twice[n], size);
+            ASSERT_EQ(got.size(), expected.size());
+            for (std::size_t j = 0; j < got.size(); ++j) {
+                double largest = 0, worst = 0;
+                for (std::size_t i = 0; i < got[j].size(); ++i) {
+                    const double error = std::abs(static_cast<double>(got[j][i]) - expected[j][i]);
+                    if (!(error <= worst)) worst = error;  // a NaN stays
+                    largest = std::max(largest, std::abs(expected[j][i]));
+                }
+                EXPECT_GT(largest, 0) << single[n].name << ", tensor " << j;
+                EXPECT_TRUE(worst <= 3 * 7 * 9 * kUnitRoundoff * largest)
+                    << single[n].name << ", tensor " << j << ": " << worst << " of " << largest;
+            }
+        }
+    }
+}
+
+TEST(SpectralTable, HoldsEveryOpThatAModelRecords) {
+    std::set<std::string, std::less<>> in_table;
+    for (const auto& op_case : spectral_op_table<double>()) {
+        in_table.emplace(make_spectral_fixture(op_case)->tape.ops()[0]->name());
+    }
+    in_table.insert({"squared_error", "range_penalty", "weighted_sum"});  // in op_table.cpp
+    const TriangleMesh mesh = shapes::grid(4, 4);
+    LineDistances distances(mesh.vertex_count());
+    for (const bool fused : {false, true}) {
+        SpectralVae<double>::Options options;
+        options.batch = 4;
+        options.fused = fused;
+        SpectralVae<double> model({}, {}, one_rings_of_faces(16, mesh.faces), {}, distances,
+                                  options);
+        for (const auto& op : model.tape().ops()) {
+            EXPECT_TRUE(in_table.contains(op->name())) << op->name();
+        }
+    }
+}
+
+// ---- the straight-through operator, against its definition -------------------------------------
+
+/// Omega of one component on six vertices in a line, lengths 5 1 2 3 4 6 at distances 0 .. 1 in
+/// steps of 0.2 from the last, whose length is the largest.
+struct LineOfSix {
+    LineDistances distances{6};
+    ComponentCenters<double> centers{distances, CenterRule::follow};
+    Tape<double> tape;
+    Var weights = tape.input("C", {1, 1, 6, 9}, true), ranges = tape.input("d", {1}, true);
+    Var omega;
+
+    LineOfSix(double range, StraightThrough kind, bool differentiable = true) {
+        const double lengths[6] = {5, 1, 2, 3, 4, 6};
+        for (std::size_t v = 0; v < 6; ++v) {
+            tape.value(weights)[v * 9 + 2] = 0.6 * lengths[v];
+            tape.value(weights)[v * 9 + 7] = -0.8 * lengths[v];
+        }
+        tape.value(ranges)[0] = range;
+        omega = learned_sparsity(tape, weights, ranges, centers, kind, differentiable);
+        tape.forward();
+        tape.backward(omega);
+    }
+};
+
+// Outside 0.5 of vertex 5 lie vertices 0, 1, 2: Omega = 5 + 1 + 2, and dOmega/dd = -(5 + 1 + 2).
+TEST(StraightThrough, SlopeIsMinusTheLengthsOutside) {
+    LineOfSix line(0.5, StraightThrough::outside);
+    EXPECT_EQ(line.centers.centers(), std::vector<int>{5});
+    EXPECT_NEAR(line.tape.value(line.omega)[0], 8, 1e-12);
+    EXPECT_NEAR(line.tape.grad(line.ranges)[0], -8, 1e-12);
+}
+
+// With the identity all lengths count, 5 + 1 + 2 + 3 + 4 + 6, while the value stays.
+TEST(StraightThrough, SlopeOfTheIdentityIsMinusAllLengths) {
+    LineOfSix line(0.5, StraightThrough::identity);
+    EXPECT_NEAR(line.tape.value(line.omega)[0], 8, 1e-12);
+    EXPECT_NEAR(line.tape.grad(line.ranges)[0], -21, 1e-12);
+}
+
+// A vertex exactly at the range is inside ([B] eq. 7: d_ik <= d_k gives 0).
+TEST(StraightThrough, TheRangeItselfIsInside) {
+    LineOfSix line(1.0, StraightThrough::outside);
+    EXPECT_EQ(line.tape.value(line.omega)[0], 0);
+    EXPECT_EQ(line.tape.grad(line.ranges)[0], 0);
+}
+
+// For the proximal step the component weights get no slope, the ranges keep theirs.
+TEST(StraightThrough, RangesLearnInAProximalRunToo) {
+    LineOfSix line(0.5, StraightThrough::outside, false);
+    EXPECT_NEAR(line.tape.grad(line.ranges)[0], -8, 1e-12);
+    for (const double g : line.tape.grad(line.weights)) EXPECT_EQ(g, 0);
+}
+
+// ---- the scaled Laplacian -----------------------------------------------------------------------
+
+OneRings circle(int count) {
+    OneRings rings;
+    for (int v = 0; v < count; ++v) {
+        const int before = (v + count - 1) % count, after = (v + 1) % count;
+        rings.neighbors.push_back(std::min(before, after));
+        rings.neighbors.push_back(std::max(before, after));
+        rings.offsets.push_back(2 * (v + 1));
+    }
+    return rings;
+}
+
+// On a circle of n vertices the eigenvectors are waves: L w_f = (1 - cos(2 pi f / n)) w_f. So with
+// lambda_max = 2, T_h(L~) w_f = T_h(-cos(2 pi f / n)) w_f = cos(h (pi - 2 pi f / n)) w_f.
+TEST(ScaledLaplacian, ChebyshevTermsOfAWaveAreItsCosines) {
+    constexpr int kCount = 12, kRow = 8;
+    const ScaledLaplacian<double> laplacian(circle(kCount), {}, LambdaMax::two);
+    for (const int frequency : {0, 1, 5, 6}) {
+        const double angle = 2 * std::numbers::pi * frequency / kCount;
+        AlignedVector<double> before(kCount * kRow), now(kCount * kRow), next(kCount * kRow);
+        for (int v = 0; v < kCount; ++v) {
+            for (int i = 0; i < kRow; ++i) {
+                now[static_cast<std::size_t>(v * kRow + i)] = std::cos(angle * v);
+            }
+        }
+        for (int degree = 1; degree <= 4; ++degree) {
+            laplacian.next_term(degree, now.data(), before.data(), kRow, 0, kCount, next.data());
+            const double factor = std::cos(degree * (std::numbers::pi - angle));
+            for (int v = 0; v < kCount; ++v) {
+                EXPECT_NEAR(next[static_cast<std::size_t>(v * kRow)], factor * std::cos(angle * v),
+                            1e-12);
+            }
+            std::swap(before, now);
+            std::swap(now, next);
+        }
+    }
+}
+
+// Largest eigenvalues known in closed form: 2 on an even circle, 1 + cos(pi / 9) on one of nine
+// vertices, 4/3 on the tetrahedron's complete graph.
+TEST(ScaledLaplacian, ExactLambdaMaxIsTheLargestEigenvalue) {
+    const auto exact = [](const OneRings& rings) {
+        return ScaledLaplacian<double>(rings, {}, LambdaMax::exact).lambda_max();
+    };
+    EXPECT_NEAR(exact(circle(200)), 2, 1e-12);
+    EXPECT_NEAR(exact(circle(9)), 1 + std::cos(std::numbers::pi / 9), 1e-12);
+    EXPECT_NEAR(exact(one_rings_of_faces(4, {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}})), 4.0 / 3,
+                1e-12);
+}
+
+// The constant times D^1/2 is in the kernel of L, so L~ maps it to its negative, whatever the
+// weights of the edges.
+TEST(ScaledLaplacian, RootOfTheDegreesIsInTheKernelForAnyWeights) {
+    const TriangleMesh mesh = shapes::grid(5, 4);
+    const OneRings rings = one_rings_of_faces(20, mesh.faces);
+    std::vector<double> weights, degrees(20, 0.0);
+    for (int v = 0; v < 20; ++v) {
+        for (int at = rings.offsets[static_cast<std::size_t>(v)];
+             at < rings.offsets[static_cast<std::size_t>(v) + 1]; ++at) {
+            const int n = rings.neighbors[static_cast<std::size_t>(at)];
+            weights.push_back(1 + 0.1 * (v + n) + (v * n) % 3);
+            degrees[static_cast<std::size_t>(v)] += weights.back();
+        }
+    }
+    for (const LambdaMax lambda_max : {LambdaMax::two, LambdaMax::exact}) {
+        const ScaledLaplacian<double> laplacian(rings, weights, lambda_max);
+        AlignedVector<double> x(20 * 8), y(20 * 8);
+        for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sqrt(degrees[i / 8]);
+        laplacian.apply(x.data(), 8, 1.0, nullptr, 0, 20, y.data());
+        for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(y[i], -x[i], 1e-12);
+    }
+}
+
+// ---- the divergence -----------------------------------------------------------------------------
+
+// KL(N(mu, sigma^2) | N(0, 1)) of one code: 0 for the prior itself, mu^2 / 2 for a shifted one, and
+// (sigma^2 - 1 - ln sigma^2) / 2 for a wider one; the same by either parametrisation of sigma.
+TEST(KlDivergence, IsThatOfTwoGaussians) {
+    const auto kl = [](double mu, double sigma, Spread spread) {
+        Tape<double> tape;
+        LaneMask<double> lanes{1, {1, 0, 0, 0, 0, 0, 0, 0}};
+        const Var moments = tape.input("moments", {2, 1, 8}, true);
+        tape.value(moments)[0] = mu;
+        tape.value(moments)[8] = spread == Spread::linear ? sigma : 2 * std::log(sigma);
+        const Var result = kl_divergence(tape, moments, spread, 0.0, lanes);
+        tape.forward();
+        return tape.value(result)[0];
+    };
+    for (const Spread spread : {Spread::log_variance, Spread::linear}) {
+        EXPECT_NEAR(kl(0, 1, spread), 0, 1e-15);
+        EXPECT_NEAR(kl(3, 1, spread), 4.5, 1e-14);
+        EXPECT_NEAR(kl(0, std::numbers::e, spread), (std::exp(2.0) - 3) / 2, 1e-14);
+    }
+}
+
+}  // namespace
+}  // namespace mscomp::nn
