@@ -108,11 +108,14 @@ def scaling(steps):
                      f"{one['median_ms'] / two['median_ms']:.2f}×" if two else "–",
                      f"{1e6 * per / shapes:.0f}",
                      f"{per / (base['median_ms'] / 5023):.2f}" if base else "–",
+                     f"{100 * one['touched']:.0f} %" if "touched" in one else "–",
+                     number(one["adapt_ms"]) if "adapt_ms" in one else "–",
                      number(one["start_ms"]) if "start_ms" in one else "–",
                      number(max(one["peak_mib"], two["peak_mib"] if two else 0))])
     return [] if not rows else ["### A step against the size", ""] + table(
         ["model", "V", "N", "ms, 1 thread", "2 threads", "second thread gives",
-         "ns per vertex and shape", "cost per vertex, V = 5,023 is 1", "start, ms", "peak MiB"],
+         "ns per vertex and shape", "cost per vertex, V = 5,023 is 1", "touched",
+         "adapting, ms", "start, ms", "peak MiB"],
         rows)
 
 

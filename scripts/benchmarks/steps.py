@@ -64,7 +64,7 @@ class Ours:
         if result.get("error_occurred"):
             return None, result["error_message"]
         keys = ("median_ms", "min_ms", "forward_ms", "backward_ms", "update_ms", "start_ms",
-                "peak_mib")
+                "adapt_ms", "touched", "peak_mib")
         return {key: round(result[key], 3) for key in keys if key in result}, ""
 
 

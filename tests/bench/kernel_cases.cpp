@@ -33,6 +33,7 @@ KernelCases::KernelCases(const plain::Sizes& sizes)
     add_spectral_convolution();
     add_spectral_codes();
     add_spectral_elementwise();
+    add_spectral_sparsity();
 }
 
 const KernelCase& KernelCases::at(std::string_view name) const {

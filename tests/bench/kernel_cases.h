@@ -67,6 +67,7 @@ class KernelCases {
     void add_spectral_convolution();
     void add_spectral_codes();
     void add_spectral_elementwise();
+    void add_spectral_sparsity();
 
     plain::Sizes sizes_;
     std::size_t rows_;  // numbers in rows of all vertices
@@ -76,6 +77,7 @@ class KernelCases {
     std::deque<AlignedVector<float>> arrays_;  // references stay valid, here and below
     std::deque<std::vector<int>> indices_;
     std::deque<std::vector<ChildGradient<float>>> children_;
+    std::vector<double> distances_;  // (vertices * lanes)
     std::deque<KernelCase> cases_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plain_spectral.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mscomp::nn::plain {
@@ -77,6 +78,25 @@ void lengths(const float* weights, int channels, int count, float* lengths) {
             sum += weights[v * channels + c] * weights[v * channels + c];
         }
         lengths[v] = std::sqrt(sum);
+    }
+}
+
+double outside(const double* distances, const float* lengths, double range, int count) {
+    double sum = 0;
+    for (int v = 0; v < count; ++v) {
+        if (distances[v] > range) sum += static_cast<double>(lengths[v]);
+    }
+    return sum;
+}
+
+void shrink(const float* moment2, const double* distances, const float* lengths, double range,
+            float bound, int channels, int count, float* weights) {
+    for (int v = 0; v < count; ++v) {
+        if (!(distances[v] > range) || lengths[v] == 0) continue;
+        float sum = 0;
+        for (int c = 0; c < channels; ++c) sum += moment2[v * channels + c];
+        const float kept = std::max(0.0F, 1 - std::sqrt(bound / sum) / lengths[v]);
+        for (int c = 0; c < channels; ++c) weights[v * channels + c] *= kept;
     }
 }
 

@@ -17,5 +17,8 @@ void tanh_slope(const float* y, std::int64_t count, float* slope);
 double error_slope(const Sizes& sizes, const float* x, const float* lane_weight, float factor,
                    float* y);
 void lengths(const float* weights, int channels, int count, float* lengths);
+double outside(const double* distances, const float* lengths, double range, int count);
+void shrink(const float* moment2, const double* distances, const float* lengths, double range,
+            float bound, int channels, int count, float* weights);
 
 }  // namespace mscomp::nn::plain

@@ -22,7 +22,8 @@ void KernelCases::add_spectral_convolution() {
     const double array = 4.0 * static_cast<double>(rows_);
     const AlignedVector<float>&x = random(rows_), &previous = random(rows_), &t2 = random(rows_);
     const AlignedVector<float>& weights = random(neighbors_.size());
-    const GraphMatrix<float> matrix{offsets_.data(), neighbors_.data(), weights.data(), 0.5F};
+    const GraphMatrix<float> matrix{s.vertices, offsets_.data(), neighbors_.data(), weights.data(),
+                                    0.5F};
 
     KernelCase& laplacian = add("spectral_laplacian", points * 9 * (2 * 6 + 3), 3 * array);
     const Twice t = output(rows_);
@@ -76,8 +77,9 @@ void KernelCases::add_spectral_codes() {
     KernelCase& project = add("spectral_project", flops, traffic);
     const Twice z = output(code_count);
     project.fast = [=, &weights, &rows](const Kernels<float>& k) {
+        Ahead nothing;
         beside(k).project(weights.data(), stride, s.components, rows.data(), s.lanes, count,
-                          z.fast.data());
+                          nothing, z.fast.data());
     };
     project.plain = [=, &weights, &rows] {
         plain::project(s, weights.data(), rows.data(), z.plain.data());
@@ -86,8 +88,9 @@ void KernelCases::add_spectral_codes() {
     KernelCase& expand = add("spectral_expand", flops, traffic);
     const Twice f = output(rows_);
     expand.fast = [=, &weights, &codes](const Kernels<float>& k) {
+        Ahead nothing;
         beside(k).expand(weights.data(), stride, s.components, codes.data(), s.lanes, count, false,
-                         f.fast.data());
+                         nothing, f.fast.data());
     };
     expand.plain = [=, &weights, &codes] {
         plain::expand(s, weights.data(), codes.data(), f.plain.data());
@@ -141,14 +144,50 @@ void KernelCases::add_spectral_elementwise() {
         total.plain[0] = static_cast<float>(
             plain::error_slope(s, x.data(), weight.data(), 0.5F, e.plain.data()));
     };
+}
 
-    const int rows = s.vertices * s.lanes;
+/// As many vertices as there are numbers in a channel of all rows, nine numbers each.
+void KernelCases::add_spectral_sparsity() {
+    const int rows = sizes_.vertices * sizes_.lanes;
+    const auto count = static_cast<std::size_t>(rows);
+    constexpr double kRange = 0.4;
+    constexpr float kBound = 0.01F;
+    const AlignedVector<float>& x = random(rows_);
+    AlignedVector<float>&moment2 = random(rows_), &known = random(count);
+    for (float& each : moment2) each *= each;
+    plain::lengths(x.data(), 9, rows, known.data());
+    for (int v = 0; v < rows; ++v) distances_.push_back((v * 37 % 101) / 101.0);
+    const double* distances = distances_.data();
+
     KernelCase& lengths = add("spectral_lengths", 19.0 * rows, 40.0 * rows);
     const Twice length = output(static_cast<std::size_t>(rows));
     lengths.fast = [=, &x](const Kernels<float>& k) {
         beside(k).lengths(x.data(), 9, rows, length.fast.data());
     };
     lengths.plain = [=, &x] { plain::lengths(x.data(), 9, rows, length.plain.data()); };
+
+    KernelCase& outside = add("spectral_outside", rows, 12.0 * rows);
+    const Twice sum = output(1);
+    outside.fast = [=, &known](const Kernels<float>& k) {
+        sum.fast[0] = static_cast<float>(beside(k).outside(distances, known.data(), kRange, rows));
+    };
+    outside.plain = [=, &known] {
+        sum.plain[0] = static_cast<float>(plain::outside(distances, known.data(), kRange, rows));
+    };
+
+    // Both begin with a copy: weights shrunk again and again would end as numbers that are slow.
+    KernelCase& shrink = add("spectral_shrink", 20.0 * rows, 120.0 * rows);
+    const Twice w = output(rows_);
+    shrink.fast = [=, &x, &moment2, &known](const Kernels<float>& k) {
+        w.fast = x;
+        beside(k).shrink(moment2.data(), distances, known.data(), kRange, kBound, 9, rows,
+                         w.fast.data());
+    };
+    shrink.plain = [=, &x, &moment2, &known] {
+        w.plain = x;
+        plain::shrink(moment2.data(), distances, known.data(), kRange, kBound, 9, rows,
+                      w.plain.data());
+    };
 }
 
 }  // namespace mscomp::nn

@@ -90,6 +90,16 @@ bool step(StackedModel<float>& model, bool proximal, std::int64_t number, StepTi
     return std::isfinite(loss);
 }
 
+/// Milliseconds that deciding the supports anew adds to a step, as training does now and then.
+double time_of_adapting(StackedModel<float>& model, std::int64_t number) {
+    model.parameters().zero_grad();
+    model.forward();
+    model.backward();
+    const auto begin = Clock::now();
+    model.adapt_supports(1000, number);
+    return milliseconds(begin, Clock::now());
+}
+
 void stacked_step(benchmark::State& state, const Case& what) {
     constexpr std::int64_t kWarmUp = 2;
     forget_peak_memory();
@@ -141,6 +151,8 @@ void stacked_step(benchmark::State& state, const Case& what) {
     state.counters["backward_ms"] = median(times.backward);
     state.counters["update_ms"] = median(times.update);
     state.counters["peak_mib"] = peak_memory_mib();
+    state.counters["touched"] = model.touched(1);
+    if (model.has_supports()) state.counters["adapt_ms"] = time_of_adapting(model, number + 1);
 }
 
 void add(const Case& what) {
