@@ -35,14 +35,21 @@ mkdir -p "$out"
 # Benchmarks by name, and the JSON file of each; those that a version lacks are passed over.
 others=(reconstruct:reconstruct geodesic:geodesic reader:readers extract:extract
         consistency:consistency)
-programs=(step_bench kernel_bench)
-for each in "${others[@]%%:*}" spectral_step; do
-    [[ -f tests/bench/${each}_bench.cpp ]] && programs+=("${each}_bench")
-done
+programs=()
+add_programs() {
+    for each in "$@"; do
+        if [[ -f tests/bench/${each}_bench.cpp ]]; then programs+=("${each}_bench"); fi
+    done
+}
+if wanted steps; then add_programs step spectral_step; fi
+if wanted kernels; then add_programs kernel; fi
+if wanted others && [[ ! $quick ]]; then add_programs "${others[@]%%:*}"; fi
 
 scripts/setup.sh --bench
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DMSCOMP_BENCH=ON >/dev/null
-cmake --build "$build" ${JOBS:+-j "$JOBS"} --target "${programs[@]}" >&2
+if ((${#programs[@]} > 0)); then
+    cmake --build "$build" ${JOBS:+-j "$JOBS"} --target "${programs[@]}" >&2
+fi
 export GOMP_SPINCOUNT=${GOMP_SPINCOUNT-20000}
 
 # The Python that has torch: not always the first on the path.

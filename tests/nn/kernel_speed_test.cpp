@@ -14,7 +14,7 @@
 namespace mscomp::nn {
 namespace {
 
-/// Half the speed-up over the plain loop that a quiet machine showed (two cores with AVX-512).
+/// Half the speed-up over the plain loop that was measured (two cores with AVX-512).
 struct Floor {
     const char* kernel;
     double generic, avx2, avx512;
