@@ -252,7 +252,8 @@ TEST(HeatGeodesics, TakeTheStepOfTheirOwnComponent) {
     for (std::size_t i = 0; i < alone.size(); ++i) {
         worst = std::max(worst, std::abs(row[i] - alone[i]));
     }
-    EXPECT_TRUE(worst <= 0.01) << worst;
+    // What is left comes from the mean edge length, which is that of both.
+    EXPECT_TRUE(worst <= 0.003) << worst;
 }
 
 TEST(HeatGeodesics, AreBitwiseEqualForAnyNumberOfThreads) {

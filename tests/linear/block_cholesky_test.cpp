@@ -187,6 +187,14 @@ TEST(BlockCholesky, TakesOverTheOrderOfAnother) {
     }
 }
 
+// The order of a ring does not suit a grid: the factor shows whose order it was.
+TEST(BlockCholesky, TakesOverTheOrderWhereItIsNotItsOwn) {
+    const Matrix grid = grid_matrix(50);
+    const BlockCholesky ring(ring_matrix(2500), "a ring", Elimination::nested_dissection);
+    const BlockCholesky own(grid, "a grid", Elimination::nested_dissection);
+    EXPECT_GT(BlockCholesky(grid, "a grid", ring).stored_numbers(), own.stored_numbers());
+}
+
 // Small systems by minimum degree, large ones by nested dissection; both solve.
 TEST(BlockCholesky, PicksTheOrderBySize) {
     EXPECT_EQ(BlockCholesky(grid_matrix(20), "a grid").elimination(), Elimination::minimum_degree);
