@@ -308,6 +308,19 @@ TEST(SpectralVae, WithoutNoiseTheReconstructionIsTheDecodedMean) {
     }
 }
 
+// A model without losses, as for encoding, asks for no distances and gives the same codes.
+TEST(SpectralVae, EncodesWithoutLosses) {
+    SmallVae<double> vae(true);
+    vae.model->forward();
+    const std::vector<double> codes = vae.model->codes(), all = vae.model->reconstruction();
+    vae.options.losses = false;
+    vae.make();
+    vae.model->forward();
+    EXPECT_EQ(vae.model->codes(), codes);
+    EXPECT_EQ(vae.model->reconstruction(), all);
+    EXPECT_TRUE(vae.model->centers().empty());
+}
+
 // The proximal step: |C| falls by rate w / (K sqrt(v)) outside the learned range of each component,
 // here with v = 0.04 / 0.001 = 40 at step 1, and nothing changes inside.
 TEST(SpectralProximalStep, ShrinksOutsideTheLearnedRangesOnly) {
