@@ -7,6 +7,7 @@
 #include <atomic>
 #include <exception>
 #include <limits>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -33,24 +34,22 @@ void parallel_for(std::int64_t count, IndexedCall call, void* context) {
         for (std::int64_t i = 0; i < count; ++i) call(context, i);
         return;
     }
-    struct Failure {
-        std::int64_t index = std::numeric_limits<std::int64_t>::max();
-        std::exception_ptr error;
-    };
-    std::vector<Failure> failures(static_cast<std::size_t>(threads));
     std::atomic<std::int64_t> next{0};
     // Once an index has failed, larger ones are not worth starting.
     std::atomic<std::int64_t> lowest_failure{std::numeric_limits<std::int64_t>::max()};
-    const auto work = [&](Failure& mine) {
+    std::mutex failing;
+    std::exception_ptr error;  // of the lowest failure
+    const auto work = [&] {
         is_inside = true;
         for (std::int64_t i = next++; i < count; i = next++) {
             if (i > lowest_failure) continue;
             try {
                 call(context, i);
             } catch (...) {
-                if (i < mine.index) mine = {i, std::current_exception()};
-                std::int64_t lowest = lowest_failure;
-                while (i < lowest && !lowest_failure.compare_exchange_weak(lowest, i)) {
+                const std::lock_guard lock(failing);
+                if (i < lowest_failure) {
+                    lowest_failure = i;
+                    error = std::current_exception();
                 }
             }
         }
@@ -59,16 +58,13 @@ void parallel_for(std::int64_t count, IndexedCall call, void* context) {
 #if defined(__SANITIZE_THREAD__)
     // The sanitizer does not see how the OpenMP library makes threads wait for each other.
     std::vector<std::thread> workers;
-    for (Failure& mine : failures) workers.emplace_back([&work, &mine] { work(mine); });
+    for (int i = 0; i < threads; ++i) workers.emplace_back(work);
     for (std::thread& worker : workers) worker.join();
 #else
 #pragma omp parallel num_threads(threads)
-    work(failures[static_cast<std::size_t>(omp_get_thread_num())]);
+    work();
 #endif
-    const auto first =
-        std::min_element(failures.begin(), failures.end(),
-                         [](const Failure& a, const Failure& b) { return a.index < b.index; });
-    if (first->error) std::rethrow_exception(first->error);
+    if (error) std::rethrow_exception(error);
 }
 
 }  // namespace detail

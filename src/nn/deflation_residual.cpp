@@ -14,7 +14,7 @@ namespace {
 constexpr std::int64_t kDim = kFeatureDim;
 constexpr std::int64_t kChunk = 256;  // vertices
 constexpr int kPowerIterations = 12;
-constexpr double kSilent = 1e-8;
+constexpr double kSilent = 1e-5;
 
 std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 

@@ -17,8 +17,8 @@ class DeflationResidual {
     /// input, which is what the encoder gives while its convolution is the identity.
     template <class T>
     void fill(const T* rows, std::int64_t lanes, std::int64_t first, std::int64_t count);
-    /// Forgets vertices with less than 1e-8 of the mean energy of a vertex, once all shapes are
-    /// there: all of them together are 1e-8 of the whole, and what components would hold there is
+    /// Forgets vertices with less than 1e-5 of the mean energy of a vertex, once all shapes are
+    /// there: all of them together are 1e-5 of the whole, and what components would hold there is
     /// noise that a support has to carry.
     void drop_silent_vertices();
 

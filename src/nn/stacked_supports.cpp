@@ -16,6 +16,13 @@ namespace {
 
 std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
+template <class T>
+double length_of(std::span<const T> nine) {
+    double square = 0;
+    for (const T x : nine) square += static_cast<double>(x) * static_cast<double>(x);
+    return std::sqrt(square);
+}
+
 /// Length of the gradient of component k at a packed row.
 template <class T>
 double length_at(const T* packed, int padded, int k) {
@@ -129,7 +136,7 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
         level.sparsity->focus(std::span<const T>(parameters_.value(level.weights)));
     const std::vector<std::uint8_t> before = inner_acting(index);
     std::vector<std::uint8_t> acts = before;
-    const std::span<const T> weights = parameters_.value(level.weights);
+    const std::span<T> weights = parameters_.value(level.weights);
     const std::span<T> moment2 = parameters_.moment2(level.weights);
     const double correction = second_moment_correction(step);
     std::vector<double> curvature(at(components));
@@ -162,21 +169,21 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
             for (int v = b; v < e; ++v) {
                 std::uint8_t& acts_here = acts[at(a * vertices + v)];
                 const T* packed = grads.data() + std::int64_t{v} * kFeatureDim * padded;
-                bool is_zero = true;
-                double gain = 0;
+                double gain = 0, cost = 0;  // of admitting the vertex, of leaving it out
                 for (int k = 0; k < components; ++k) {
                     const std::int64_t row = std::int64_t{a} * components + k;
-                    const auto c =
-                        weights.subspan(at((row * vertices + v) * kFeatureDim), kFeatureDim);
-                    is_zero = is_zero && std::ranges::all_of(c, [](T x) { return x == 0; });
-                    const double slope = length_at(packed, padded, k) -
-                                         sparsity_weight * around[at(row)].weight(v) / components;
-                    if (slope > 0 && curvature[at(k)] > 0) {
+                    const double length = length_of<T>(
+                        weights.subspan(at((row * vertices + v) * kFeatureDim), kFeatureDim));
+                    const double grad = length_at(packed, padded, k);
+                    cost += length * (grad + curvature[at(k)] * length / 2);
+                    const double slope =
+                        grad - sparsity_weight * around[at(row)].weight(v) / components;
+                    if (length == 0 && slope > 0 && curvature[at(k)] > 0) {
                         gain += slope * slope / (2 * curvature[at(k)]);
                     }
                 }
                 if (acts_here != 0) {
-                    if (is_zero && gain < 0.25 * worthwhile) acts_here = 0;
+                    if (gain + cost < 0.25 * worthwhile) acts_here = 0;
                     continue;
                 }
                 if (!(gain > worthwhile)) continue;
@@ -199,6 +206,15 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
         change.dropped += acts[i] < before[i] ? 1 : 0;
     }
     if (change.admitted + change.dropped == 0) return change;
+    for (std::size_t i = 0; i < acts.size(); ++i) {
+        if (acts[i] >= before[i]) continue;
+        const std::int64_t a = static_cast<std::int64_t>(i) / vertices;
+        const std::int64_t v = static_cast<std::int64_t>(i) % vertices;
+        for (int k = 0; k < components; ++k) {
+            const std::int64_t row = a * components + k;
+            std::fill_n(weights.begin() + (row * vertices + v) * kFeatureDim, kFeatureDim, T{0});
+        }
+    }
     set_inner_acting(index, acts);
     for (const Moment& moment : admitted) moment2[at(moment.at)] = moment.value;
     return change;

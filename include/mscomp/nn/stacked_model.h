@@ -125,8 +125,9 @@ class StackedModel {
     /// squared codes (the curvature of the error in a weight), moving the weight from zero can gain
     /// about max(g - l, 0)^2 / (2 h) at best. Vertices where the gains of all components exceed
     /// kWorthwhile / V of the error are admitted, with second moments as if the gradient had always
-    /// been this; those with zero weights and gains below a quarter of that are dropped. At a fixed
-    /// point the vertices left out could lower the error by a part kWorthwhile in all.
+    /// been this. A vertex is dropped, its weights becoming zero, where that costs less than a
+    /// quarter: |C| g + h |C|^2 / 2 for weights that are not zero, the gain for those that are. At
+    /// a fixed point the vertices left out could lower the error by a part kWorthwhile in all.
     SupportChange adapt_supports(double sparsity_weight, std::int64_t step);
     static constexpr double kWorthwhile = 1e-4;
     /// Share of vertices that the autoencoders of a level touch, on average.
