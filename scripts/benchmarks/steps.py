@@ -45,21 +45,25 @@ def run(command, environment):
 
 
 class Ours:
-    """A benchmark whose names end in vertices:V/shapes:N/threads:T."""
+    """A benchmark whose names have the parts of `model`, vertices:V, shapes:N and threads:T."""
 
-    def __init__(self, program, prefix, label):
-        self.program, self.prefix, self.label = program, prefix, label
+    def __init__(self, program, model, label):
+        self.program, self.model, self.label = program, set(model.split("/")), label
+        names = host.output_of(program, "--large", "--benchmark_list_tests").splitlines()
+        self.names = {name: set(name.split("/")) for name in names}
 
     def time(self, vertices, shapes, threads):
-        case = f"^{self.prefix}.*vertices:{vertices}/shapes:{shapes}/threads:{threads}(/|$)"
-        large = ["--large"] if vertices > 50000 else []
-        text, why = run([self.program, *large, f"--benchmark_filter={case}",
+        parts = self.model | {f"vertices:{vertices}", f"shapes:{shapes}", f"threads:{threads}"}
+        names = [name for name, has in self.names.items() if parts <= has]
+        if len(names) != 1:
+            return None, f"{len(names)} benchmarks have {'/'.join(sorted(parts))}"
+        text, why = run([self.program, "--large", f"--benchmark_filter=^{names[0]}$",
                          "--benchmark_format=json"], {"GOMP_SPINCOUNT": "20000"})
         if text is None:
             return None, why
         found = json.loads(text).get("benchmarks", []) if text.strip() else []
         if len(found) != 1:
-            return None, f"{len(found)} benchmarks are named {case}"
+            return None, f"{len(found)} results of {names[0]}"
         result = found[0]
         if result.get("error_occurred"):
             return None, result["error_message"]
@@ -111,16 +115,16 @@ def pytorch_programs(options, scratch):
 def our_programs(bin_folder):
     stacked = os.path.join(bin_folder, "step_bench")
     programs = [
-        ("stacked", Ours(stacked, "stacked_step/model:default/start:deflation/", "mscomp")),
-        ("stacked", Ours(stacked, "stacked_step/model:default/start:random/",
+        ("stacked", Ours(stacked, "model:default/start:deflation", "mscomp")),
+        ("stacked", Ours(stacked, "model:default/start:random",
                          "mscomp, random start")),
-        ("stacked", Ours(stacked, "stacked_step/model:pytorch/start:random/",
+        ("stacked", Ours(stacked, "model:pytorch/start:random",
                          "mscomp, PyTorch's model")),
     ]
     spectral = os.path.join(bin_folder, "spectral_step_bench")
     if os.path.exists(spectral):
-        programs += [("vae", Ours(spectral, "spectral_step/model:default/", "mscomp")),
-                     ("vae", Ours(spectral, "spectral_step/model:pytorch/",
+        programs += [("vae", Ours(spectral, "model:default", "mscomp")),
+                     ("vae", Ours(spectral, "model:pytorch",
                                   "mscomp, PyTorch's model"))]
     return programs
 
