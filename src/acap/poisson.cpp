@@ -34,18 +34,21 @@ struct PoissonReconstruction::State {
     AnchoredSystem system;
 };
 
-/// Rows ½ Σ_j c_ij (T_i + T_j)(p_i - p_j).
+/// Rows ½ Σ_j c_ij (T_i + T_j)(p_i - p_j), T_i taken out of the sum.
 std::vector<Point> PoissonReconstruction::State::right_hand_sides(
     const std::vector<Eigen::Matrix3d>& gradients) const {
     std::vector<Point> rows(reference.size());
     for (std::size_t i = 0; i < reference.size(); ++i) {
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero(), edges = Eigen::Vector3d::Zero();
         for (int at = rings.offsets[i]; at < rings.offsets[i + 1]; ++at) {
             const auto k = static_cast<std::size_t>(at);
             const auto j = static_cast<std::size_t>(rings.neighbors[k]);
-            const Eigen::Vector3d edge = as_vector(reference[i]) - as_vector(reference[j]);
-            sum += 0.5 * weights[k] * ((gradients[i] + gradients[j]) * edge);
+            const Eigen::Vector3d edge =
+                0.5 * weights[k] * (as_vector(reference[i]) - as_vector(reference[j]));
+            sum += gradients[j] * edge;
+            edges += edge;
         }
+        sum += gradients[i] * edges;
         Eigen::Map<Eigen::Vector3d>(rows[i].data()) = sum;
     }
     return rows;
