@@ -225,6 +225,24 @@ TEST(StraightThrough, RangesLearnInAProximalRunToo) {
     for (const double g : line.tape.grad(line.weights)) EXPECT_EQ(g, 0);
 }
 
+// A centre that settles moves to the longest vertex only where less of the component lies outside
+// from there; one that follows always does.
+TEST(ComponentCenters, SettleWhereThePenaltyIsLower) {
+    LineDistances distances(6);  // 0.2 apart
+    const std::vector<double> range{0.3};
+    const auto centers_after = [&](CenterRule rule, const std::vector<double>& then) {
+        ComponentCenters<double> centers(distances, rule);
+        for (const std::vector<double>& lengths : {std::vector<double>{0, 0, 0, 0, 0, 1}, then}) {
+            centers.focus(lengths, 1, range);  // one channel: the weights are the lengths
+        }
+        return centers.centers();
+    };
+    const std::vector<double> bulk_stays{3, 0, 0, 0, 2, 2}, bulk_moves{3, 2, 0, 0, 0, 2};
+    EXPECT_EQ(centers_after(CenterRule::settle, bulk_stays), std::vector<int>{5});
+    EXPECT_EQ(centers_after(CenterRule::settle, bulk_moves), std::vector<int>{0});
+    EXPECT_EQ(centers_after(CenterRule::follow, bulk_stays), std::vector<int>{0});
+}
+
 // ---- the scaled Laplacian -----------------------------------------------------------------------
 
 OneRings circle(int count) {
