@@ -92,9 +92,10 @@ TrainingSetup prepare(const nn::Config& config) {
                                      config.data.features));
     }
 
-    const HeatGeodesics geodesics(outline.reference);
+    HeatGeodesics geodesics(outline.reference);
     const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
-    setup.distances = make_distances(outline.reference, normalizer);
+    setup.distances = std::make_unique<NormalizedGeodesics>(std::move(geodesics),
+                                                            normalizer.largest_distance);
     setup.context.config = write_config(config, false);
     setup.context.source = config.data.features;
     setup.context.source_hash = setup.features.data_hash();

@@ -107,6 +107,7 @@ std::vector<Component> extract_components(StackedModel<float>& model,
             level.weights, std::as_const(model).parameters().value(level.weights));
         const int rows = level.autoencoders * level.components;
         const std::vector<int> centers = model.centers(l);
+        distances.prepare(centers);
         for (int row = 0; row < rows; ++row) {
             Component c;
             c.level = l;

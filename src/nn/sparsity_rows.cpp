@@ -95,7 +95,14 @@ const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component
                                        : at[static_cast<std::size_t>(largest - measured.begin())];
     });
 
-    distances_.prepare(longest_);
+    // All that is asked for below, settled centres included, so that the spans outlive each other.
+    prepared_.assign(longest_.begin(), longest_.end());
+    if (rule_ == CenterRule::settle) {
+        for (const int center : centers_) {
+            if (center >= 0) prepared_.push_back(center);
+        }
+    }
+    distances_.prepare(prepared_);
     rows_.resize(count);
     candidates_.resize(count);
     for (std::size_t k = 0; k < count; ++k) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The fused op against the small ops that it stands for.
+#include "../../src/nn/ops/autoencoder.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,6 +43,7 @@ struct LevelFixture {
     std::vector<Var> inputs;
     AutoencoderInputs level;
     AutoencoderOutputs outputs;
+    bool forgets_outside = true;
 
     int autoencoders(const Reading& reading) const {
         return reading.is_masked ? kParents * kChildren : kParents;
@@ -138,6 +141,7 @@ struct LevelFixture {
         for (const Var var : inputs) {
             results.emplace_back(tape.grad(var).begin(), tape.grad(var).end());
         }
+        if (!forgets_outside) return results;
         // Outside the support the gradient of C is left out.
         std::vector<T>& last = results.back();
         const std::size_t vertices = static_cast<std::size_t>(rings.vertex_count());
@@ -207,6 +211,29 @@ TEST_P(FusedAutoencoder, ThreadsDoNotChangeABit) {
         EXPECT_EQ(run<float>(true), one) << threads << " threads";
     }
     set_thread_count(0);
+}
+
+// The gradient at every vertex, by which supports grow, is that of the small ops, where it acts and
+// where it does not.
+TEST_P(FusedAutoencoder, KnowsTheGradientOfComponentsWhereNothingActs) {
+    LevelFixture<double> fused(mesh(), GetParam(), true), small(mesh(), GetParam(), false);
+    fused.run();
+    small.forgets_outside = false;
+    const std::vector<double> wanted = small.run().back();
+    const auto& op = dynamic_cast<const Autoencoder<double>&>(*fused.tape.ops()[0]);
+    const int vertices = mesh().vertex_count(), components = GetParam().components;
+    AlignedVector<double> packed;
+    std::vector<double> got;
+    for (int a = 0; a < fused.autoencoders(GetParam()); ++a) {
+        op.full_component_grads(fused.tape, a, packed);
+        for (int k = 0; k < components; ++k) {
+            for (int i = 0; i < vertices * 9; ++i) {
+                got.push_back(packed[static_cast<std::size_t>(i * op.padded_components() + k)]);
+            }
+        }
+    }
+    if (GetParam().keeps_residual) GTEST_SKIP() << "only levels without children have supports";
+    EXPECT_TRUE(deviation(got, wanted) <= 1e-12) << deviation(got, wanted);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -36,7 +36,8 @@ class Autoencoder final : public Op<T> {
     void add_output(Tape<T>& tape, int a, std::span<T> rows) const;
 
     /// Gradient of the component weights of autoencoder `a` at every vertex, whether it acts or
-    /// not, packed (V,9,padded), of the error and what came through the codes; after backward.
+    /// not, packed (V,9,padded), of the error and what came through the codes. After backward, and
+    /// at the price of the gradient of the source, whose memory it uses.
     void full_component_grads(Tape<T>& tape, int a, AlignedVector<T>& grads) const;
     int padded_components() const { return sizes_.padded; }
 
@@ -95,6 +96,9 @@ class Autoencoder final : public Op<T> {
     T* input_grad_of(int a);
     T factor_of(Tape<T>& tape, int a) const;
     const T* moments_of(int a) const;
+    bool wants_source_grad(Tape<T>& tape) const {
+        return inputs_.joint && tape.needs_grad(inputs_.source);
+    }
     void spread_across(const T* codes, AlignedVector<T>& across) const;
 
     const RingTable<T>& rings_;

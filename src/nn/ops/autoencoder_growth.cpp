@@ -17,7 +17,10 @@ void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>
     const Work& work = work_[at(a)];
     const T* codes = tape.value(outputs_.code).data() + a * code_size();
     const T* codes_grad = codes_grad_.data() + a * code_size();
-    AlignedVector<T> decoder_grads(at(vertices_ * packed_row)), rows(at(source_size()));
+    AlignedVector<T> decoder_grads(at(vertices_ * packed_row));
+    // The gradient of the source has been used up, and is large.
+    AlignedVector<T> own_rows(wants_source_grad(tape) ? 0 : at(source_size()));
+    T* const rows = wants_source_grad(tape) ? tape.grad(inputs_.source).data() : own_rows.data();
     AlignedVector<T> across(at(std::int64_t{lanes_} * sizes_.padded));
     for (int k = 0; k < sizes_.components; ++k) {
         for (int l = 0; l < lanes_; ++l) {
@@ -38,10 +41,10 @@ void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>
         AlignedVector<T> unused(at(code_size() + kFeatureDim + row_size()));
         kernels<T>().autoencoder.decode(all, decoder_grads.data(),
                                         tape.value(inputs_.decoder_bias).data() + a * kFeatureDim,
-                                        sizes_, codes, lane_mask_.weight.data(), b, e, rows.data());
+                                        sizes_, codes, lane_mask_.weight.data(), b, e, rows);
         kernels<T>().autoencoder.decode_backward(
             all, decoder_grads.data(), sizes_, across.data(), lane_mask_.weight.data(),
-            factor_of(tape, a), rows.data(), nullptr, b, e, nullptr, unused.data() + row_size(),
+            factor_of(tape, a), rows, nullptr, b, e, nullptr, unused.data() + row_size(),
             unused.data() + row_size() + code_size(), unused.data());
         for (int v = b; v < e; ++v) {
             const int slot = active.slot_of[at(v)];
@@ -60,11 +63,11 @@ void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>
                                    b, e, scratch.data(), grads.data(), matrices,
                                    matrices + kMatrix);
         kernels<T>().autoencoder.encode(all, encoder_of(tape, a), decoder_grads.data(), sizes_,
-                                        vertices.data(), b, e, rows.data(), unused.data());
+                                        vertices.data(), b, e, rows, unused.data());
         kernels<T>().autoencoder.encode_backward(
             lanes_, decoder_grads.data(), sizes_, codes_grad,
             across_.data() + std::int64_t{a} * lanes_ * sizes_.padded, vertices.data(), b, e,
-            rows.data(), grads.data(), matrices + 2 * kMatrix);
+            rows, grads.data(), matrices + 2 * kMatrix);
     });
 }
 

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+// The vertices that a level touches: which they are, and that leaving out the others is exact.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "mscomp/nn/active_vertices.h"
+#include "mscomp/nn/optimizer.h"
+#include "mscomp/nn/parameter_set.h"
+#include "mscomp/nn/start.h"
+#include "small_training.h"
+
+namespace mscomp::nn {
+namespace {
+
+using Range = ParameterSet<double>::Range;
+
+TEST(ActiveVertices, AreThoseThatActAndTheRingAround) {
+    const TriangleMesh mesh = shapes::grid(9, 7);
+    const OneRings rings = one_rings_of_faces(mesh.vertex_count(), mesh.faces);
+    std::vector<std::uint8_t> acts(static_cast<std::size_t>(mesh.vertex_count()), 0);
+    acts[30] = acts[31] = 1;
+    const ActiveVertices active = ActiveVertices::around(rings, acts);
+    EXPECT_EQ(active.acting_vertices, (std::vector<int>{30, 31}));
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        const auto first = rings.neighbors.begin() + rings.offsets[static_cast<std::size_t>(v)];
+        const auto last = rings.neighbors.begin() + rings.offsets[static_cast<std::size_t>(v) + 1];
+        const bool sees =
+            std::any_of(first, last, [&](int j) { return acts[static_cast<std::size_t>(j)] != 0; });
+        const int slot = active.slot_of[static_cast<std::size_t>(v)];
+        EXPECT_EQ(slot >= 0, sees || active.acts(v)) << v;
+        if (slot < 0) continue;
+        EXPECT_EQ(active.vertices[static_cast<std::size_t>(slot)], v);
+    }
+    // Where a vertex acts its whole ring has slots.
+    for (const int slot : active.acting) {
+        const auto s = static_cast<std::size_t>(slot);
+        EXPECT_EQ(active.ring_offsets[s + 1] - active.ring_offsets[s],
+                  rings.degree(active.vertices[s]));
+    }
+}
+
+TEST(ParameterSet, LivePiecesHoldExactlyWhatIsLive) {
+    ParameterSet<double> parameters;
+    parameters.add("a", {100});
+    const int b = parameters.add("b", {100000});
+    parameters.set_live(b, {{5, 7}, {100, 70000}});
+    std::vector<int> seen(parameters.all_values().size(), 0);
+    for (int piece = 0; piece < parameters.live_piece_count(); ++piece) {
+        for (const Range& range : parameters.live_piece(piece)) {
+            for (std::int64_t i = range.first; i < range.last; ++i) {
+                ++seen[static_cast<std::size_t>(i)];
+            }
+        }
+    }
+    const std::int64_t offset = parameters.entry(b).offset;
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(seen.size()); ++i) {
+        const std::int64_t in_b = i - offset;
+        const bool is_live = i < 100 || (in_b >= 5 && in_b < 7) || (in_b >= 100 && in_b < 70000);
+        EXPECT_EQ(seen[static_cast<std::size_t>(i)], is_live ? 1 : 0) << i;
+    }
+}
+
+// What stops being live leaves zeros: dense Adam over a zero gradient and zero moments would leave
+// it alone too.
+TEST(ParameterSet, ForgetsWhatStopsBeingLive) {
+    ParameterSet<double> parameters;
+    const int a = parameters.add("a", {40});
+    parameters.set_live(a, {{0, 10}, {20, 40}});
+    for (auto all :
+         {parameters.all_grads(), parameters.all_moments1(), parameters.all_moments2()}) {
+        for (const auto& [first, last] : {Range{0, 10}, Range{20, 40}}) {
+            std::fill(all.begin() + first, all.begin() + last, 3.0);
+        }
+    }
+    parameters.set_live(a, {{4, 25}, {30, 31}});
+    for (std::int64_t i = 0; i < 40; ++i) {
+        const bool kept = (i >= 4 && i < 10) || (i >= 20 && i < 25) || i == 30;
+        const auto at = static_cast<std::size_t>(i);
+        EXPECT_EQ(parameters.all_grads()[at], kept ? 3.0 : 0.0) << i;
+        EXPECT_EQ(parameters.all_moments1()[at], kept ? 3.0 : 0.0) << i;
+        EXPECT_EQ(parameters.all_moments2()[at], kept ? 3.0 : 0.0) << i;
+    }
+}
+
+class Supports : public testing::Test {
+  protected:
+    Supports() {
+        problem_.config.train.epochs = 10;
+        model_ = problem_.make_model();
+    }
+    StackedModel<float>& model() { return *model_; }
+    std::span<float> weights() {
+        return model_->parameters().value(model_->levels().back().weights);
+    }
+    /// One pass with the batch loaded.
+    void pass() {
+        model_->load_batch(std::span<const float>(problem_.features),
+                           std::span<const int>(problem_.shapes));
+        model_->forward();
+        model_->parameters().zero_grad();
+        model_->backward();
+    }
+    std::int64_t count(const std::vector<std::uint8_t>& acts) {
+        return std::count(acts.begin(), acts.end(), 1);
+    }
+
+    SmallTraining problem_;
+    std::unique_ptr<StackedModel<float>> model_;
+};
+
+// After a start the last level acts where it has weights, and that is not everywhere.
+TEST_F(Supports, BeginWhereTheStartPutsWeights) {
+    start_deflation(model(), std::span<const float>(problem_.features),
+                    std::span<const int>(problem_.shapes));
+    const std::vector<std::uint8_t> acts = model().acting(1);
+    const auto vertices = static_cast<std::size_t>(model().vertex_count());
+    const std::vector<float> user = model().to_user_order(
+        model().levels()[1].weights,
+        std::as_const(model().parameters()).value(model().levels()[1].weights));
+    for (std::size_t i = 0; i < acts.size(); ++i) {
+        const std::size_t a = i / vertices, v = i % vertices;
+        bool has_weights = false;
+        for (std::size_t k = 0; k < 2; ++k) {
+            for (std::size_t c = 0; c < 9; ++c) {
+                has_weights = has_weights || user[((a * 2 + k) * vertices + v) * 9 + c] != 0;
+            }
+        }
+        EXPECT_EQ(acts[i] != 0, has_weights) << i;
+    }
+    EXPECT_LT(count(acts), static_cast<std::int64_t>(acts.size()));
+    EXPECT_GT(count(acts), 0);
+}
+
+// A part of a component that was cut away comes back: leaving it out costs more than is allowed.
+TEST_F(Supports, GrowWhereTheGradientAsksForIt) {
+    start_deflation(model(), std::span<const float>(problem_.features),
+                    std::span<const int>(problem_.shapes));
+    const std::vector<std::uint8_t> whole = model().acting(1);
+    const std::vector<float> before(weights().begin(), weights().end());
+    const auto vertices = static_cast<std::size_t>(model().vertex_count());
+    // The vertex where component 0 is longest, as the user numbers it.
+    std::size_t longest = 0;
+    double largest = 0;
+    for (std::size_t v = 0; v < vertices; ++v) {
+        double square = 0;
+        for (std::size_t c = 0; c < 9; ++c) square += std::pow(before[v * 9 + c], 2);
+        if (square > largest) {
+            largest = square;
+            longest = v;
+        }
+    }
+    for (std::size_t k = 0; k < 2; ++k) {
+        std::fill_n(weights().begin() + static_cast<std::ptrdiff_t>((k * vertices + longest) * 9),
+                    9, 0.0F);
+    }
+    model().act_where_weights_are();
+    const std::size_t user = static_cast<std::size_t>(model().order().to_user[longest]);
+    EXPECT_EQ(model().acting(1)[user], 0);
+    pass();
+    const auto change = model().adapt_supports(problem_.config.loss.sparsity, 1);
+    EXPECT_GT(change.admitted, 0);
+    EXPECT_EQ(model().acting(1)[user], 1);
+    // Its moments are those of a gradient that has always been what it is.
+    const std::span<const float> moments =
+        model().parameters().moment2(model().levels()[1].weights);
+    EXPECT_GT(*std::max_element(moments.begin() + static_cast<std::ptrdiff_t>(longest * 9),
+                                moments.begin() + static_cast<std::ptrdiff_t>(longest * 9 + 9)),
+              0.0F);
+}
+
+// Vertices without weights whose gradient is no match for the penalty are dropped.
+TEST_F(Supports, ShrinkWhereNothingIsGained) {
+    start_deflation(model(), std::span<const float>(problem_.features),
+                    std::span<const int>(problem_.shapes));
+    const std::vector<std::uint8_t> found = model().acting(1);
+    model().set_acting(1, std::vector<std::uint8_t>(found.size(), 1));
+    EXPECT_EQ(model().touched(1), 1.0);
+    pass();
+    const float dense = model().forward();
+    pass();
+    const auto change = model().adapt_supports(problem_.config.loss.sparsity, 1);
+    EXPECT_GT(change.dropped, static_cast<std::int64_t>(found.size()) / 4);
+    EXPECT_EQ(change.admitted, 0);
+    EXPECT_LT(model().touched(1), 0.8);
+    // What dropping costs is within what the rule allows for all vertices of all autoencoders.
+    double errors = 0;
+    for (int a = 0; a < 3; ++a) errors += model().terms(1, a).reconstruction;
+    const double cost = static_cast<double>(model().forward()) - static_cast<double>(dense);
+    EXPECT_LE(cost, StackedModel<float>::kWorthwhile * errors + 1e-5 * static_cast<double>(dense));
+}
+
+// The level that acts everywhere and the one that acts where its weights are give the same outputs.
+TEST_F(Supports, AreExactWhereTheRestIsZero) {
+    start_deflation(model(), std::span<const float>(problem_.features),
+                    std::span<const int>(problem_.shapes));
+    pass();
+    const float sparse = model().forward();
+    const std::vector<float> sparse_codes = model().codes(1);
+    const std::vector<float> sparse_output = model().reconstruction(2);
+    model().set_acting(1, std::vector<std::uint8_t>(model().acting(1).size(), 1));
+    const float dense = model().forward();
+    EXPECT_NEAR(sparse, dense, 1e-6 * static_cast<double>(dense));
+    const std::vector<float> dense_codes = model().codes(1);
+    const std::vector<float> dense_output = model().reconstruction(2);
+    for (std::size_t i = 0; i < dense_codes.size(); ++i) {
+        EXPECT_NEAR(sparse_codes[i], dense_codes[i], 1e-5) << i;
+    }
+    for (std::size_t i = 0; i < dense_output.size(); ++i) {
+        EXPECT_NEAR(sparse_output[i], dense_output[i], 1e-6) << i;
+    }
+}
+
+}  // namespace
+}  // namespace mscomp::nn
