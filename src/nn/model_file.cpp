@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "model_arrays.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/safetensors.h"
 
@@ -64,32 +65,28 @@ nlohmann::json describe(const ModelContext& context, const TrainingState& state)
 
 void write_model(const std::string& path, StackedModel<float>& model, const ModelContext& context,
                  const TrainingState& state, const std::vector<std::vector<float>>& codes) {
-    SafetensorsWriter writer;
-    writer.set_metadata("model", describe(context, state).dump());
-
+    ModelArrays arrays;
     // The writer borrows, so everything made for it lives until write().
     const std::vector<double> reference = flat(context.reference.vertices);
     const std::vector<int> faces = flat(context.reference.faces);
     const std::array<double, 2> numbers{context.largest_distance, state.total};
     const auto count = [](const auto& values) { return static_cast<std::int64_t>(values.size()); };
-    writer.add<double>("reference", {context.reference.vertex_count(), 3}, reference);
-    writer.add<int>("faces", {context.reference.face_count(), 3}, faces);
-    writer.add<double>("scaler_offset", {kFeatureDim}, context.offset);
-    writer.add<double>("scaler_factor", {kFeatureDim}, context.factor);
-    writer.add<double>("minmax_offset", {kFeatureDim}, context.minmax_offset);
-    writer.add<double>("minmax_factor", {kFeatureDim}, context.minmax_factor);
-    writer.add<double>("largest_distance_and_total", {2}, numbers);
-    writer.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
-    writer.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
+    arrays.add<double>("reference", {context.reference.vertex_count(), 3}, reference);
+    arrays.add<int>("faces", {context.reference.face_count(), 3}, faces);
+    arrays.add<double>("scaler_offset", {kFeatureDim}, context.offset);
+    arrays.add<double>("scaler_factor", {kFeatureDim}, context.factor);
+    arrays.add<double>("minmax_offset", {kFeatureDim}, context.minmax_offset);
+    arrays.add<double>("minmax_factor", {kFeatureDim}, context.minmax_factor);
+    arrays.add<double>("largest_distance_and_total", {2}, numbers);
+    arrays.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
+    arrays.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
 
-    std::vector<std::vector<float>> arrays;
-    arrays.reserve(static_cast<std::size_t>(model.parameters().count()) * 3);
     ParameterSet<float>& parameters = model.parameters();
     for (int i = 0; i < parameters.count(); ++i) {
         const auto& entry = parameters.entry(i);
         const auto add = [&](const char* prefix, std::span<const float> inner) {
-            arrays.push_back(model.to_user_order(i, inner));
-            writer.add<float>(parameter_key(prefix, entry.name), entry.extents, arrays.back());
+            arrays.add_inner(parameter_key(prefix, entry.name), entry.extents, inner,
+                             model.order());
         };
         add("parameter", parameters.value(i));
         add("adam_m", parameters.moment1(i));
@@ -99,22 +96,22 @@ void write_model(const std::string& path, StackedModel<float>& model, const Mode
     centers.reserve(model.levels().size());
     for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
         centers.push_back(model.centers(l));
-        writer.add<int>(fmt::format("centers/level{}", l), {count(centers.back())}, centers.back());
+        arrays.add<int>(fmt::format("centers/level{}", l), {count(centers.back())}, centers.back());
     }
     // Who acts is decided in some steps only, so it is part of the state.
     std::vector<std::uint8_t> acting;
     if (model.has_supports()) {
         acting = model.acting(static_cast<int>(model.levels().size()) - 1);
-        writer.add<std::uint8_t>(
+        arrays.add<std::uint8_t>(
             "acting", {model.levels().back().autoencoders, model.vertex_count()}, acting);
     }
     for (std::size_t l = 0; l < codes.size(); ++l) {
         const auto& level = model.levels()[l];
         const std::int64_t width = std::int64_t{level.autoencoders} * level.components;
-        writer.add<float>(fmt::format("codes/level{}", l), {count(codes[l]) / width, width},
+        arrays.add<float>(fmt::format("codes/level{}", l), {count(codes[l]) / width, width},
                           codes[l]);
     }
-    writer.write(path);
+    arrays.write(path, {{"model", describe(context, state).dump()}});
 }
 
 struct ModelFile::Content {
@@ -211,18 +208,14 @@ void ModelFile::load(StackedModel<float>& model) const {
         for (int i = 0; i < parameters.count(); ++i) {
             const auto& entry = parameters.entry(i);
             const auto read = [&](const char* prefix, std::span<float> to) {
-                model.from_user_order(
-                    i, content_->file.data<float>(parameter_key(prefix, entry.name), entry.extents),
-                    to);
+                return read_inner(content_->file, parameter_key(prefix, entry.name), entry.extents,
+                                  model.order(), to);
             };
-            read("parameter", parameters.value(i));
-            read("adam_m", parameters.moment1(i));
-            read("adam_v", parameters.moment2(i));
-        }
-        for (const float x : parameters.all_values()) {
-            if (!std::isfinite(x)) {
+            if (!read("parameter", parameters.value(i))) {
                 throw CheckpointError(content_->file.path(), "a parameter is not finite");
             }
+            read("adam_m", parameters.moment1(i));
+            read("adam_v", parameters.moment2(i));
         }
         for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
             const auto& level = model.levels()[static_cast<std::size_t>(l)];

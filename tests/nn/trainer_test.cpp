@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/safetensors.h"
 #include "mscomp/nn/model_file.h"
 #include "small_training.h"
 
@@ -241,6 +243,54 @@ TEST_F(ModelFileTest, KeepsItsContext) {
     EXPECT_EQ(file.context().train_shapes, problem_.shapes);
     ASSERT_EQ(file.codes().size(), 2u);
     EXPECT_EQ(file.codes()[1].size(), 12u * 3 * 2);
+}
+
+// Every array in the vertex order of the user, under its name.
+TEST_F(ModelFileTest, HoldsArraysInTheOrderOfTheUser) {
+    const auto model = problem_.make_model();
+    Trainer trainer(*model, problem_.config, problem_.features, problem_.shapes);
+    trainer.start();
+    for (int epoch = 0; epoch < 2; ++epoch) trainer.run_epoch();
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    const std::string path = temporary("model.safetensors");
+    write_model(path, *model, context, trainer.state(), trainer.codes());
+    const SafetensorsFile file(path);
+    ParameterSet<float>& parameters = model->parameters();
+    for (int i = 0; i < parameters.count(); ++i) {
+        const ParameterSet<float>::Entry& entry = parameters.entry(i);
+        const auto expect_held = [&](const std::string& prefix, std::span<const float> inner) {
+            const auto held = file.data<float>(prefix + "/" + entry.name, entry.extents);
+            EXPECT_TRUE(std::ranges::equal(held, model->to_user_order(i, inner)))
+                << prefix << " of " << entry.name;
+        };
+        expect_held("parameter", parameters.value(i));
+        expect_held("adam_m", parameters.moment1(i));
+        expect_held("adam_v", parameters.moment2(i));
+    }
+}
+
+// Whatever a model held before, zeros of the file included, it holds the file afterwards.
+TEST_F(ModelFileTest, ReplacesAllThatWasThere) {
+    const ModelFile file(saved());
+    const auto fresh = problem_.make_model(), used = problem_.make_model();
+    ParameterSet<float>& parameters = used->parameters();
+    for (const auto all :
+         {parameters.all_values(), parameters.all_moments1(), parameters.all_moments2()}) {
+        std::ranges::fill(all, 3.0F);
+    }
+    file.load(*fresh);
+    file.load(*used);
+    for (int i = 0; i < parameters.count(); ++i) {
+        const std::string& name = parameters.entry(i).name;
+        EXPECT_TRUE(std::ranges::equal(parameters.value(i), fresh->parameters().value(i))) << name;
+        EXPECT_TRUE(std::ranges::equal(parameters.moment1(i), fresh->parameters().moment1(i)))
+            << name;
+        EXPECT_TRUE(std::ranges::equal(parameters.moment2(i), fresh->parameters().moment2(i)))
+            << name;
+    }
+    EXPECT_TRUE(std::ranges::any_of(fresh->parameters().value(0), [](float x) { return x != 0; }));
 }
 
 TEST_F(ModelFileTest, RefusesATruncatedFile) {

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "model_arrays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "mscomp/base/feature_set.h"
+#include "mscomp/base/parallel.h"
+
+namespace mscomp::nn {
+namespace {
+
+/// How an array is made up of rows that can be brought to another order of the vertices one by
+/// one: the values of one component at all vertices.
+struct ComponentRows {
+    std::int64_t count = 0, size = 0;
+
+    /// None where the array is not about vertices.
+    explicit ComponentRows(const Extents& extents) {
+        if (extents.size() != 4) return;
+        count = extents[0] * extents[1];
+        size = extents[2] * extents[3];
+    }
+};
+
+/// Calls body(chunk, inner vertex, vertex of the user) for all vertices, in parallel over chunks.
+template <class Body>
+void for_vertices(const Chunks& chunks, const VertexOrder& order, const Body& body) {
+    parallel_for(chunks.count(), [&](std::int64_t chunk) {
+        for (std::int64_t user = chunks.begin(chunk); user < chunks.end(chunk); ++user) {
+            body(chunk, order.to_internal[static_cast<std::size_t>(user)], user);
+        }
+    });
+}
+
+Chunks chunks_of(const VertexOrder& order) { return {order.vertex_count(), std::int64_t{1} << 14}; }
+
+bool is_finite(std::span<const float> values) {
+    return std::ranges::all_of(values, [](float x) { return std::isfinite(x); });
+}
+
+}  // namespace
+
+void ModelArrays::add_inner(const std::string& name, const Extents& extents,
+                            std::span<const float> inner, const VertexOrder& order) {
+    const ComponentRows rows(extents);
+    if (rows.count == 0) return add(name, extents, inner);
+    tensors_.push_back({name, DataType::f32, extents});
+    writes_.push_back([=, &order](SafetensorsPieceWriter& to) {
+        std::vector<float> row(static_cast<std::size_t>(rows.size));
+        for (std::int64_t k = 0; k < rows.count; ++k) {
+            const float* from = inner.data() + k * rows.size;
+            for_vertices(
+                chunks_of(order), order, [&](std::int64_t, std::int64_t v, std::int64_t u) {
+                    std::copy_n(from + v * kFeatureDim, kFeatureDim, row.data() + u * kFeatureDim);
+                });
+            to.write(name, k * rows.size, std::span<const float>(row));
+        }
+    });
+}
+
+void ModelArrays::write(const std::string& path, const Metadata& metadata) const {
+    SafetensorsPieceWriter to(path, tensors_, metadata);
+    for (const auto& each : writes_) each(to);
+    to.finish();
+}
+
+bool read_inner(const SafetensorsFile& file, const std::string& name, const Extents& extents,
+                const VertexOrder& order, std::span<float> inner) {
+    constexpr std::size_t kBytes = kFeatureDim * sizeof(float);
+    const std::span<const float> all = file.data<float>(name, extents);
+    const ComponentRows rows(extents);
+    if (rows.count == 0) {
+        std::ranges::copy(all, inner.begin());
+        return is_finite(all);
+    }
+    const Chunks chunks = chunks_of(order);
+    std::vector<char> sound(static_cast<std::size_t>(chunks.count()), 1);
+    for (std::int64_t k = 0; k < rows.count; ++k) {
+        const float* from = all.data() + k * rows.size;
+        float* to = inner.data() + k * rows.size;
+        for_vertices(chunks, order, [&](std::int64_t chunk, std::int64_t v, std::int64_t u) {
+            const std::span<const float> nine(from + u * kFeatureDim, kFeatureDim);
+            if (!is_finite(nine)) sound[static_cast<std::size_t>(chunk)] = 0;
+            if (std::memcmp(to + v * kFeatureDim, nine.data(), kBytes) == 0) return;
+            std::memcpy(to + v * kFeatureDim, nine.data(), kBytes);
+        });
+        file.forget(std::as_bytes(std::span(from, static_cast<std::size_t>(rows.size))));
+    }
+    return std::ranges::all_of(sound, [](char s) { return s != 0; });
+}
+
+}  // namespace mscomp::nn
