@@ -19,6 +19,27 @@ inline T mask_of(const ActiveRows<T>& rows, int vertex) {
     return rows.mask ? rows.mask[vertex] : T{1};
 }
 
+/// Asks for a row that is about to be read. Rows are too long for the processor to guess.
+template <class T>
+inline void prefetch_row(const T* row, int lanes) {
+    for (int i = 0; i < kDim * lanes; i += 64 / static_cast<int>(sizeof(T))) {
+        __builtin_prefetch(row + i);
+    }
+}
+
+/// The last slot of the ring of s, the one that a sweep in rising order has not seen yet; s itself
+/// where the ring is empty.
+template <class T>
+inline int leading_slot(const ActiveRows<T>& rows, int s) {
+    const int last = rows.ring_offsets[s + 1] - 1;
+    return last < rows.ring_offsets[s] ? s : rows.ring_slots[last];
+}
+
+template <class T>
+inline const T* source_row(const ActiveRows<T>& rows, int s) {
+    return rows.source + static_cast<std::int64_t>(rows.vertices[s]) * kDim * rows.lanes;
+}
+
 /// sums[c] = mean of the input over the ring of slot s.
 template <class V, class T>
 inline void input_mean(const ActiveRows<T>& rows, int s, int l, V* sums) {
@@ -77,6 +98,7 @@ void encode(const ActiveRows<T>& rows, const ConvParameters<T>& conv, const T* c
     for (int n = begin; n < end; ++n) {
         const int s = acting[n], vertex = rows.vertices[s];
         const std::int64_t first = static_cast<std::int64_t>(s) * kDim;
+        if (n + 1 < end) prefetch_row(source_row(rows, leading_slot(rows, acting[n + 1])), lanes);
         for (int l = 0; l < lanes; l += width<T, V>()) {
             V own[kDim], mean[kDim], out[kDim];
             input_mean(rows, s, l, mean);
@@ -101,6 +123,7 @@ double decode(const ActiveRows<T>& rows, const T* decoder, const T* bias, CodeSi
         const int vertex = rows.vertices[s];
         const T mask = mask_of(rows, vertex);
         const std::int64_t first = static_cast<std::int64_t>(s) * kDim;
+        if (s + 1 < end) prefetch_row(source_row(rows, s + 1), lanes);
         V error = {};
         for (int l = 0; l < lanes; l += width<T, V>()) {
             V out[kDim];
@@ -129,6 +152,10 @@ void decode_backward(const ActiveRows<T>& rows, T* decoder, CodeSizes sizes, con
         const T mask = mask_of(rows, vertex);
         const std::int64_t first = static_cast<std::int64_t>(s) * kDim;
         T* matrix = decoder + first * sizes.padded;
+        if (s + 1 < end) {
+            prefetch_row(source_row(rows, s + 1), lanes);
+            prefetch_row(e + (first + kDim) * lanes, lanes);
+        }
         for (int l = 0; l < lanes; l += width<T, V>()) {
             const V weight = factor * load<V>(lane_weight + l);
             V p[kDim];
@@ -157,6 +184,9 @@ void encode_backward(int lanes, const T* components, CodeSizes sizes, const T* c
     V sums[kDim] = {};
     for (int n = begin; n < end; ++n) {
         const std::int64_t first = static_cast<std::int64_t>(acting[n]) * kDim;
+        if (n + 1 < end) {
+            prefetch_row(f + static_cast<std::int64_t>(acting[n + 1]) * kDim * lanes, lanes);
+        }
         outer_with_codes<T, U>(f + first * lanes, codes_grad_across, sizes, lanes, true,
                                components_grad + first * sizes.padded);
         for (int l = 0; l < lanes; l += width<T, V>()) {
@@ -225,6 +255,11 @@ void autoencoder_conv_backward(const ActiveRows<T>& rows, const ConvParameters<T
             const int vertex = rows.vertices[s];
             const T mask = mask_of(rows, vertex);
             const std::int64_t in_block = (s - block) * size;
+            if (s + 1 < end) {
+                prefetch_row(p + leading_slot(rows, s + 1) * size, lanes);
+                prefetch_row(source_row(rows, s + 1), lanes);
+                if (input_grad) prefetch_row(input_grad + (s + 1) * size, lanes);
+            }
             for (int l = 0; l < lanes; l += width<T, V>()) {
                 V ring[kDim] = {};
                 for (int at = rows.ring_offsets[s]; at < rows.ring_offsets[s + 1]; ++at) {

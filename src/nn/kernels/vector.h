@@ -4,6 +4,9 @@
 #pragma once
 
 #include <math.h>
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
 
 #include <cstdint>
 
@@ -53,6 +56,20 @@ inline T horizontal_sum(V v) {
     }
 }
 
+/// 1 / x of every element for x in [1, 2]: where division is slow, an estimate of 14 bits and one
+/// Newton step, which is right to a unit in the last place.
+template <class T, class V>
+inline V reciprocal(V x) {
+#if defined(__AVX512F__)
+    if constexpr (sizeof(T) == 4 && sizeof(V) == 64) {
+        const V estimate =
+            reinterpret_cast<V>(_mm512_maskz_rcp14_ps(0xFFFF, reinterpret_cast<__m512>(x)));
+        return estimate + estimate * (T{1} - x * estimate);
+    }
+#endif
+    return T{1} / x;
+}
+
 /// tanh of every element. Float: -expm1(-2|x|) / (2 + expm1(-2|x|)) with expm1 by reduction to
 /// |r| <= ln2/2 and its Taylor polynomial of degree 7; relative error below 3e-7. NaN stays NaN.
 template <class T, class V>
@@ -79,7 +96,7 @@ inline V tanh_of(V x) {
         const Int exponent = (__builtin_convertvector(whole, Int) + 127) << 23;
         const V scale = reinterpret_cast<V>(exponent);
         const V expm1 = scale * p + (scale - 1.0f);
-        const V result = -expm1 / (2.0f + expm1);
+        const V result = -expm1 * reciprocal<T>(2.0f + expm1);
         return x < 0 ? -result : result;
     }
 }
