@@ -16,11 +16,10 @@ template <class T>
 void measure(const T* component, std::span<const int> vertices, std::span<double> lengths) {
     for (std::size_t n = 0; n < lengths.size(); ++n) {
         const T* c = component + static_cast<std::size_t>(vertices[n]) * kFeatureDim;
-        double square = 0;
-        for (std::size_t i = 0; i < kFeatureDim; ++i) {
-            square += static_cast<double>(c[i]) * static_cast<double>(c[i]);
-        }
-        lengths[n] = std::sqrt(square);
+        T square = 0;
+        for (std::size_t i = 0; i < kFeatureDim; ++i) square += c[i] * c[i];
+        // Most are exact zeros, and roots take time.
+        lengths[n] = square > 0 ? std::sqrt(static_cast<double>(square)) : 0.0;
     }
 }
 

@@ -77,7 +77,7 @@ void StackedModel<T>::add_levels(const LossConfig& loss, Var x) {
         const Var weights = tape_.parameter(parameters_, level.weights);
         Var residual;
         if (is_fused) {
-            residual = add_fused(level, source, mask, !is_last);
+            residual = add_fused(level, loss, source, mask, !is_last);
         } else {
             add_small_ops(level, x);
         }
@@ -102,7 +102,8 @@ void StackedModel<T>::add_levels(const LossConfig& loss, Var x) {
 }
 
 template <class T>
-Var StackedModel<T>::add_fused(Level& level, Var source, Var mask, bool keeps_residual) {
+Var StackedModel<T>::add_fused(Level& level, const LossConfig& loss, Var source, Var mask,
+                               bool keeps_residual) {
     const auto parameter = [&](int which) { return tape_.parameter(parameters_, which); };
     level.source = source;
     level.source_mask = mask;
@@ -120,6 +121,7 @@ Var StackedModel<T>::add_fused(Level& level, Var source, Var mask, bool keeps_re
     inputs.latent_activation = config_.latent_activation;
     inputs.joint = &level == &levels_.front() || config_.joint;
     inputs.keeps_residual = keeps_residual;
+    inputs.error_weight = loss.reconstruction;
     auto op = std::make_unique<Autoencoder<T>>(tape_, rings_, inputs, lane_mask_, *level.supports);
     fused_.push_back(op.get());
     level.code = op->outputs().code;
@@ -202,6 +204,15 @@ T StackedModel<T>::forward() {
 template <class T>
 void StackedModel<T>::backward() {
     tape_.backward(total_);
+}
+
+template <class T>
+T StackedModel<T>::forward_and_backward() {
+    for (Autoencoder<T>* op : fused_) op->expect_backward(true);
+    const T total = forward();
+    for (Autoencoder<T>* op : fused_) op->expect_backward(false);
+    backward();
+    return total;
 }
 
 template <class T>

@@ -116,9 +116,8 @@ void Trainer::load(std::span<const int> batch) {
 }
 
 void Trainer::step(EpochReport& report) {
-    const float loss = model_.forward();
     model_.parameters().zero_grad();
-    model_.backward();
+    const float loss = model_.forward_and_backward();
     require_finite(loss);
 
     ++state_.step;

@@ -44,6 +44,8 @@ struct LevelFixture {
     AutoencoderInputs level;
     AutoencoderOutputs outputs;
     bool forgets_outside = true;
+    bool expects_backward = false;
+    double error_grad = 0;  // random ones where it is 0
 
     int autoencoders(const Reading& reading) const {
         return reading.is_masked ? kParents * kChildren : kParents;
@@ -126,6 +128,8 @@ struct LevelFixture {
 
     /// Values of the outputs, then gradients of the inputs from random ones of the outputs.
     std::vector<std::vector<T>> run() {
+        auto* level_op = dynamic_cast<Autoencoder<T>*>(tape.ops()[0].get());
+        if (level_op != nullptr) level_op->expect_backward(expects_backward);
         tape.forward();
         std::vector<std::vector<T>> results;
         for (const Var var : {outputs.code, outputs.error, outputs.residual}) {
@@ -133,7 +137,8 @@ struct LevelFixture {
             results.emplace_back(tape.value(var).begin(), tape.value(var).end());
             const CounterRandom random(17, results.size());
             for (std::size_t i = 0; i < tape.grad(var).size(); ++i) {
-                tape.grad(var)[i] = static_cast<T>(random.normal(i));
+                const bool is_foreseen = error_grad != 0 && var.index == outputs.error.index;
+                tape.grad(var)[i] = static_cast<T>(is_foreseen ? error_grad : random.normal(i));
             }
         }
         const auto ops = tape.ops();
@@ -200,6 +205,17 @@ TEST_P(FusedAutoencoder, FloatAgreesWithDoubleWithinRoundoff) {
     for (std::size_t n = 0; n < single.size(); ++n) {
         EXPECT_TRUE(deviation(single[n], twice[n]) <= 100 * kUnitRoundoff)
             << "result " << n << ": " << deviation(single[n], twice[n]) / kUnitRoundoff;
+    }
+}
+
+// Doing a part of backward early changes nothing, whether the gradient of the error comes out as
+// foreseen or not.
+TEST_P(FusedAutoencoder, MayDoAPartOfBackwardEarly) {
+    for (const double error_grad : {0.0, 1.0}) {  // random ones, and the weight that is foreseen
+        LevelFixture<double> late(mesh(), GetParam(), true), early(mesh(), GetParam(), true);
+        late.error_grad = early.error_grad = error_grad;
+        early.expects_backward = true;
+        EXPECT_EQ(early.run(), late.run()) << error_grad;
     }
 }
 

@@ -17,6 +17,7 @@ struct AutoencoderInputs {
     Activation latent_activation = Activation::none;
     bool joint = true;  // false: no gradient for source and mask
     bool keeps_residual = false;
+    double error_weight = 1;  // what the gradient of the error will be, see expect_backward
 };
 
 struct AutoencoderOutputs {

@@ -78,7 +78,7 @@ class SparsityRows {
     std::vector<double> lengths_;            // of the acting vertices of every row
     std::vector<std::size_t> first_length_;  // (rows+1) into them
     std::vector<int> longest_;               // (rows) at the last focus
-    std::vector<int> prepared_;  // vertices whose distances the last focus asked for
+    std::vector<int> prepared_;              // vertices whose distances the last focus asked for
     std::vector<SparsityRow> candidates_;
     std::unordered_map<int, double> reaches_;  // by centre
 };

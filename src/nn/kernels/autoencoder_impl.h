@@ -324,6 +324,14 @@ void gather_children(const T* source, const T* moments, const T* lane_weight, in
     const std::int64_t size = static_cast<std::int64_t>(kDim) * lanes;
     for (int v = begin; v < end; ++v) {
         T scale = 0, shift[kDim] = {};
+        if (v + 1 < end) {
+            prefetch_row(source + (v + 1) * size, lanes);
+            if (source_grad) prefetch_row(source_grad + (v + 1) * size, lanes);
+            for (int k = 0; k < count; ++k) {
+                const int slot = children[k].slot_of[v + 1];
+                if (slot >= 0) prefetch_row(children[k].input_grad + slot * size, lanes);
+            }
+        }
         for (int k = 0; k < count; ++k) {
             const ChildGradient<T>& child = children[k];
             const T mask = child.mask ? child.mask[v] : T{1};

@@ -144,6 +144,12 @@ void Autoencoder<T>::pack(Tape<T>& tape) {
             }
         }
     });
+    apply_decoder();
+}
+
+/// D = W_own' C + W_ring' mean C.
+template <class T>
+void Autoencoder<T>::apply_decoder() {
     parallel_for(static_cast<std::int64_t>(slot_tasks_.size()), [&](std::int64_t t) {
         const Task& task = slot_tasks_[at(t)];
         Work& work = work_[at(task.autoencoder)];
@@ -182,6 +188,7 @@ void Autoencoder<T>::encode(Tape<T>& tape) {
 template <class T>
 void Autoencoder<T>::decode(Tape<T>& tape) {
     const T* codes = tape.value(outputs_.code).data();
+    decoded_backward_ = expects_backward_ && !outputs_.residual.valid();
     parallel_for(static_cast<std::int64_t>(slot_tasks_.size()), [&](std::int64_t t) {
         const Task& task = slot_tasks_[at(t)];
         const int a = task.autoencoder;
@@ -190,6 +197,9 @@ void Autoencoder<T>::decode(Tape<T>& tape) {
             tape.value(inputs_.decoder_bias).data() + a * kFeatureDim, sizes_,
             codes + a * code_size(), lane_mask_.weight.data(), task.begin, task.end,
             error_of(tape, a));
+        if (decoded_backward_) {
+            decode_task_backward(tape, t, factor(static_cast<T>(inputs_.error_weight)));
+        }
     });
     for (int a = 0; a < autoencoders_; ++a) {
         double sum = 0;

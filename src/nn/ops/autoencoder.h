@@ -28,6 +28,12 @@ class Autoencoder final : public Op<T> {
     Var output() const override { return outputs_.error; }
     const AutoencoderOutputs& outputs() const { return outputs_; }
 
+    /// Says that backward follows the next forward passes. Where there is no residual to wait for,
+    /// they then do the decoder's part of it at once, while its rows are in the cache, for
+    /// gradients of the error equal to the error weight; with others backward does it again.
+    /// reconstruction and add_output have nothing to read then.
+    void expect_backward(bool expected) { expects_backward_ = expected; }
+
     void forward(Tape<T>& tape) override;
     void backward(Tape<T>& tape) override;
     std::vector<T> reference(Tape<T>& tape) const override;
@@ -72,11 +78,13 @@ class Autoencoder final : public Op<T> {
     void follow_supports();
     void fill_shared(Tape<T>& tape);
     void pack(Tape<T>& tape);
+    void apply_decoder();
     void encode(Tape<T>& tape);
     void decode(Tape<T>& tape);
     void add_constant_errors(Tape<T>& tape);
 
     void decode_backward(Tape<T>& tape);
+    void decode_task_backward(Tape<T>& tape, std::int64_t task, T factor);
     void finish_codes_grad(Tape<T>& tape);
     void decoder_to_components();
     void encode_backward();
@@ -94,7 +102,10 @@ class Autoencoder final : public Op<T> {
     std::int64_t code_size() const { return std::int64_t{sizes_.components} * lanes_; }
     T* error_of(Tape<T>& tape, int a);
     T* input_grad_of(int a);
-    T factor_of(Tape<T>& tape, int a) const;
+    T factor_of(Tape<T>& tape, int a) const {
+        return factor(tape.grad(outputs_.error)[static_cast<std::size_t>(a)]);
+    }
+    T factor(T error_grad) const { return 2 * error_grad / static_cast<T>(lane_mask_.active); }
     const T* moments_of(int a) const;
     bool wants_source_grad(Tape<T>& tape) const {
         return inputs_.joint && tape.needs_grad(inputs_.source);
@@ -109,6 +120,8 @@ class Autoencoder final : public Op<T> {
     std::int64_t vertices_;
     CodeSizes sizes_;
     bool wants_input_grad_;
+    bool expects_backward_ = false;
+    bool decoded_backward_ = false;  // the last forward did the decoder's part of backward
     AutoencoderOutputs outputs_;
 
     int revision_ = -1;  // of the supports that the following belongs to

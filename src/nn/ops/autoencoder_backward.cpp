@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 
 #include "autoencoder.h"
 #include "batch.h"
@@ -22,11 +23,12 @@ T* thread_scratch(std::int64_t count) {
 /// target += the sum of one member over consecutive tasks, in their order, in double.
 template <class T, std::size_t kSize, class Get>
 void add_sums(int first, int last, const Get& get, std::span<T, kSize> target) {
-    for (std::size_t i = 0; i < kSize; ++i) {
-        double sum = 0;
-        for (int t = first; t < last; ++t) sum += static_cast<double>(get(at(t))[i]);
-        target[i] += static_cast<T>(sum);
+    std::array<double, kSize> sums{};
+    for (int t = first; t < last; ++t) {
+        const auto& of_task = get(at(t));
+        for (std::size_t i = 0; i < kSize; ++i) sums[i] += static_cast<double>(of_task[i]);
     }
+    for (std::size_t i = 0; i < kSize; ++i) target[i] += static_cast<T>(sums[i]);
 }
 
 }  // namespace
@@ -46,23 +48,38 @@ void Autoencoder<T>::backward(Tape<T>& tape) {
 
 template <class T>
 void Autoencoder<T>::decode_backward(Tape<T>& tape) {
-    const T* output_grad =
-        outputs_.residual.valid() ? tape.grad(outputs_.residual).data() : nullptr;
+    if (decoded_backward_) {
+        const auto weight = static_cast<T>(inputs_.error_weight);
+        if (std::ranges::all_of(tape.grad(outputs_.error), [&](T g) { return g == weight; }))
+            return;
+        expects_backward_ = false;
+        apply_decoder();
+        decode(tape);
+        expects_backward_ = true;
+    }
     parallel_for(static_cast<std::int64_t>(slot_tasks_.size()), [&](std::int64_t t) {
-        const Task& task = slot_tasks_[at(t)];
-        const int a = task.autoencoder;
-        Sums& sums = slot_sums_[at(t)];
-        sums = {};
-        T* codes_grad = code_sums_.data() + t * code_size();
-        std::fill_n(codes_grad, code_size(), T{0});
-        kernels<T>().autoencoder.decode_backward(
-            rows_of(tape, a), work_[at(a)].decoder.data(), sizes_,
-            across_.data() + std::int64_t{a} * lanes_ * sizes_.padded, lane_mask_.weight.data(),
-            factor_of(tape, a), error_of(tape, a),
-            output_grad ? output_grad + a * source_size() : nullptr, task.begin, task.end,
-            wants_input_grad_ ? input_grad_of(a) : nullptr, codes_grad, sums.decoder_bias.data(),
-            thread_scratch<T>(row_size()));
+        decode_task_backward(tape, t, factor_of(tape, slot_tasks_[at(t)].autoencoder));
     });
+}
+
+template <class T>
+void Autoencoder<T>::decode_task_backward(Tape<T>& tape, std::int64_t t, T factor) {
+    const Task& task = slot_tasks_[at(t)];
+    const int a = task.autoencoder;
+    const double error = slot_sums_[at(t)].error;
+    Sums& sums = slot_sums_[at(t)];
+    sums = {};
+    sums.error = error;
+    T* codes_grad = code_sums_.data() + t * code_size();
+    std::fill_n(codes_grad, code_size(), T{0});
+    kernels<T>().autoencoder.decode_backward(
+        rows_of(tape, a), work_[at(a)].decoder.data(), sizes_,
+        across_.data() + std::int64_t{a} * lanes_ * sizes_.padded, lane_mask_.weight.data(), factor,
+        error_of(tape, a),
+        outputs_.residual.valid() ? tape.grad(outputs_.residual).data() + a * source_size()
+                                  : nullptr,
+        task.begin, task.end, wants_input_grad_ ? input_grad_of(a) : nullptr, codes_grad,
+        sums.decoder_bias.data(), thread_scratch<T>(row_size()));
 }
 
 /// Adds what other ops say about the codes and goes through the activation.
@@ -187,7 +204,8 @@ void Autoencoder<T>::add_parameter_grads(Tape<T>& tape) {
         const int first = first_slot_task_[at(a)], last = first_slot_task_[at(a) + 1];
         const auto add = [&](auto member, auto target) {
             add_sums(
-                first, last, [&](std::size_t t) { return slot_sums_[t].*member; }, target);
+                first, last, [&](std::size_t t) -> const auto& { return slot_sums_[t].*member; },
+                target);
         };
         add(&Sums::own, slice.template operator()<kMatrix>(inputs_.w_own, a));
         add(&Sums::ring, slice.template operator()<kMatrix>(inputs_.w_ring, a));
@@ -207,7 +225,7 @@ void Autoencoder<T>::add_parameter_grads(Tape<T>& tape) {
         add_applied(&Sums::decoder_ring, inputs_.decoder_w_ring);
         add_sums(
             first_acting_task_[at(a)], first_acting_task_[at(a) + 1],
-            [&](std::size_t t) { return bias_sums_[t]; },
+            [&](std::size_t t) -> const auto& { return bias_sums_[t]; },
             slice.template operator()<kFeatureDim>(inputs_.bias, a));
     }
 }
@@ -239,14 +257,9 @@ T* Autoencoder<T>::input_grad_of(int a) {
     return outputs_.residual.valid() ? work_[at(a)].input_grad.data() : work_[at(a)].error.data();
 }
 
-template <class T>
-T Autoencoder<T>::factor_of(Tape<T>& tape, int a) const {
-    return 2 * tape.grad(outputs_.error)[at(a)] / static_cast<T>(lane_mask_.active);
-}
-
 template void Autoencoder<float>::backward(Tape<float>&);
 template void Autoencoder<double>::backward(Tape<double>&);
-template float Autoencoder<float>::factor_of(Tape<float>&, int) const;
-template double Autoencoder<double>::factor_of(Tape<double>&, int) const;
+template void Autoencoder<float>::decode_task_backward(Tape<float>&, std::int64_t, float);
+template void Autoencoder<double>::decode_task_backward(Tape<double>&, std::int64_t, double);
 
 }  // namespace mscomp::nn
