@@ -2,8 +2,10 @@
 #include "deflation_residual.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
@@ -12,7 +14,6 @@ namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-constexpr std::int64_t kChunk = 256;  // vertices
 constexpr int kPowerIterations = 12;
 constexpr double kSilent = 1e-5;
 
@@ -20,33 +21,60 @@ std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 double square(double x) { return x * x; }
 
-/// body(chunk, first vertex, last vertex) over chunks of vertices.
-template <class Body>
-std::int64_t for_chunks(std::size_t vertices, Body&& body) {
-    const Chunks chunks{static_cast<std::int64_t>(vertices), kChunk};
-    parallel_for(chunks.count(), [&](std::int64_t i) { body(i, chunks.begin(i), chunks.end(i)); });
-    return chunks.count();
+/// Chunks of vertices, not so many that one partial sum for each takes up much memory.
+Chunks chunks_of(std::size_t vertices) {
+    constexpr std::int64_t kLeast = 256, kMostChunks = 256;
+    const auto count = static_cast<std::int64_t>(vertices);
+    return {count, std::max(kLeast, (count + kMostChunks - 1) / kMostChunks)};
 }
 
-std::int64_t chunks_of(std::size_t vertices) {
-    return Chunks{static_cast<std::int64_t>(vertices), kChunk}.count();
+/// Calls body(first vertex, last vertex) for chunks of vertices.
+template <class Body>
+void for_chunks(std::size_t vertices, Body&& body) {
+    const Chunks chunks = chunks_of(vertices);
+    parallel_for(chunks.count(), [&](std::int64_t i) { body(chunks.begin(i), chunks.end(i)); });
+}
+
+/// The sum of `size` values over chunks of vertices: body(first, last, sums) adds its part.
+template <class Body>
+std::vector<double> sum_over_chunks(std::size_t vertices, std::int64_t size, Body&& body) {
+    const Chunks chunks = chunks_of(vertices);
+    std::vector<double> partials(at(chunks.count() * size), 0.0);
+    parallel_for(chunks.count(), [&](std::int64_t i) {
+        body(chunks.begin(i), chunks.end(i), partials.data() + i * size);
+    });
+    std::vector<double> sums(at(size), 0.0);
+    for (std::size_t i = 0; i < partials.size(); ++i) sums[i % at(size)] += partials[i];
+    return sums;
+}
+
+/// Inner products of the nine rows of a vertex with `codes`, side by side: a sum alone would wait
+/// for its last addition each time.
+std::array<double, kDim> products(const double* rows, std::span<const double> codes) {
+    std::array<double, kDim> sums{};
+    for (std::size_t m = 0; m < codes.size(); ++m) {
+        for (std::size_t c = 0; c < kDim; ++c) sums[c] += rows[c * codes.size() + m] * codes[m];
+    }
+    return sums;
+}
+
+double dot(std::span<const double> a, std::span<const double> b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
 }  // namespace
+
+double DeflationDirection::explained() const { return dot(codes, codes); }
 
 DeflationResidual::DeflationResidual(std::int64_t vertices, std::int64_t shapes)
     : shapes_(shapes), vertices_(at(vertices)), values_(at(vertices * kDim * shapes)) {
     std::iota(vertices_.begin(), vertices_.end(), 0);
 }
 
-std::int64_t DeflationResidual::row_count() const {
-    return static_cast<std::int64_t>(vertices_.size()) * kDim;
-}
-
 template <class T>
 void DeflationResidual::fill(const T* rows, std::int64_t lanes, std::int64_t first,
                              std::int64_t count) {
-    for_chunks(vertices_.size(), [&](std::int64_t, std::int64_t begin, std::int64_t end) {
+    for_chunks(vertices_.size(), [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t i = begin * kDim; i < end * kDim; ++i) {
             for (std::int64_t m = 0; m < count; ++m) {
                 values_[at(i * shapes_ + first + m)] =
@@ -56,124 +84,151 @@ void DeflationResidual::fill(const T* rows, std::int64_t lanes, std::int64_t fir
     });
 }
 
-std::vector<double> DeflationResidual::vertex_energies() const {
-    std::vector<double> energies(vertices_.size());
-    for_chunks(vertices_.size(), [&](std::int64_t, std::int64_t begin, std::int64_t end) {
-        for (std::int64_t n = begin; n < end; ++n) {
-            double sum = 0;
-            for (std::int64_t i = 0; i < kDim * shapes_; ++i) sum += square(row(n * kDim)[i]);
-            energies[at(n)] = sum;
-        }
-    });
-    return energies;
+double DeflationResidual::energy_of(std::int64_t place) const {
+    const double* rows = row(place * kDim);
+    double sum = 0;
+    for (std::int64_t i = 0; i < kDim * shapes_; ++i) sum += square(rows[i]);
+    return sum;
 }
 
 void DeflationResidual::drop_silent_vertices() {
-    const std::vector<double> energies = vertex_energies();
-    const double mean = std::accumulate(energies.begin(), energies.end(), 0.0) /
-                        static_cast<double>(energies.size());
+    energies_.resize(vertices_.size());
+    for_chunks(vertices_.size(), [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t n = begin; n < end; ++n) energies_[at(n)] = energy_of(n);
+    });
+    const double mean = energy() / static_cast<double>(energies_.size());
     std::size_t kept = 0;
     const std::size_t size = at(kDim * shapes_);
-    for (std::size_t n = 0; n < energies.size(); ++n) {
-        if (energies[n] < kSilent * mean) continue;
+    for (std::size_t n = 0; n < energies_.size(); ++n) {
+        if (energies_[n] < kSilent * mean) continue;
         vertices_[kept] = vertices_[n];
+        energies_[kept] = energies_[n];
         if (kept != n)
             std::copy_n(values_.begin() + static_cast<std::ptrdiff_t>(n * size), size,
                         values_.begin() + static_cast<std::ptrdiff_t>(kept * size));
         ++kept;
     }
     vertices_.resize(kept);
+    energies_.resize(kept);
     values_.resize(kept * size);
     values_.shrink_to_fit();
 }
 
 double DeflationResidual::energy() const {
-    const std::vector<double> energies = vertex_energies();
-    return std::accumulate(energies.begin(), energies.end(), 0.0);
+    return std::accumulate(energies_.begin(), energies_.end(), 0.0);
 }
 
 int DeflationResidual::strongest_vertex() const {
-    const std::vector<double> energies = vertex_energies();
-    return vertices_[at(std::max_element(energies.begin(), energies.end()) - energies.begin())];
+    return vertices_[at(std::max_element(energies_.begin(), energies_.end()) - energies_.begin())];
 }
 
-std::vector<double> DeflationResidual::main_direction(int vertex,
-                                                      std::span<const char> is_free) const {
-    std::vector<double> codes = strongest_channel(vertex);
-    std::vector<double> direction(at(row_count()), 0.0);
-    std::vector<double> squares(at(chunks_of(vertices_.size())));
+DeflationDirection DeflationResidual::main_direction(int vertex, std::vector<int> places) const {
+    // With few shapes their correlations are cheaper than twelve passes over the vertices.
+    constexpr std::int64_t kFewShapes = 48;
+    const std::vector<double> matrix =
+        shapes_ <= kFewShapes ? correlations(places) : std::vector<double>();
+    DeflationDirection found{std::move(places), {}, {}};
+    found.values.assign(found.places.size() * kDim, 0.0);
+    std::vector<double> codes = strongest_channel(vertex), next(at(shapes_));
+    double length = 0;
     for (int iteration = 0; iteration < kPowerIterations; ++iteration) {
-        for_chunks(vertices_.size(), [&](std::int64_t chunk, std::int64_t begin, std::int64_t end) {
-            double sum = 0;
-            for (std::int64_t n = begin; n < end; ++n) {
-                if (is_free[at(vertices_[at(n)])] == 0) continue;
-                for (std::int64_t i = n * kDim; i < (n + 1) * kDim; ++i) {
-                    double projected = 0;
-                    for (std::int64_t m = 0; m < shapes_; ++m)
-                        projected += row(i)[m] * codes[at(m)];
-                    direction[at(i)] = projected;
-                    sum += square(projected);
-                }
+        if (iteration > 0) {
+            for (std::size_t m = 0; m < codes.size(); ++m) codes[m] = next[m] / length;
+        }
+        if (matrix.empty()) {
+            next = correlated(found.places, codes);
+        } else {
+            for (std::size_t m = 0; m < next.size(); ++m) {
+                next[m] = dot(std::span(matrix).subspan(m * next.size(), next.size()), codes);
             }
-            squares[at(chunk)] = sum;
-        });
-        const double length = std::accumulate(squares.begin(), squares.end(), 0.0);
-        if (!(length > 0)) return std::vector<double>(direction.size(), 0.0);
-        for (double& d : direction) d /= std::sqrt(length);
-        codes = project(direction);
+        }
+        // |R codes|^2 with R the rows.
+        length = std::sqrt(std::max(dot(codes, next), 0.0));
+        if (!(length > 0)) {
+            found.codes.assign(at(shapes_), 0.0);
+            return found;
+        }
     }
-    return direction;
+    for_chunks(found.places.size(), [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t n = begin; n < end; ++n) {
+            const auto nine = products(row(found.places[at(n)] * kDim), codes);
+            for (std::size_t c = 0; c < kDim; ++c)
+                found.values[at(n) * kDim + c] = nine[c] / length;
+        }
+    });
+    for (double& code : next) code /= length;
+    found.codes = std::move(next);
+    return found;
 }
 
-double DeflationResidual::explained(std::span<const double> direction) const {
-    double sum = 0;
-    for (const double code : project(direction)) sum += square(code);
-    return sum;
-}
-
-void DeflationResidual::subtract(std::span<const double> direction) {
-    const std::vector<double> codes = project(direction);
-    for_chunks(vertices_.size(), [&](std::int64_t, std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin * kDim; i < end * kDim; ++i) {
-            if (direction[at(i)] == 0) continue;
-            for (std::int64_t m = 0; m < shapes_; ++m) {
-                values_[at(i * shapes_ + m)] -= direction[at(i)] * codes[at(m)];
+void DeflationResidual::subtract(const DeflationDirection& direction) {
+    for_chunks(direction.places.size(), [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t n = begin; n < end; ++n) {
+            const std::int64_t place = direction.places[at(n)];
+            for (std::int64_t c = 0; c < kDim; ++c) {
+                const double d = direction.values[at(n * kDim + c)];
+                double* values = values_.data() + (place * kDim + c) * shapes_;
+                for (std::int64_t m = 0; m < shapes_; ++m) values[m] -= d * direction.codes[at(m)];
             }
+            energies_[at(place)] = energy_of(place);
         }
     });
 }
 
-int DeflationResidual::longest_vertex(std::span<const double> direction) const {
+int DeflationResidual::longest_vertex(const DeflationDirection& direction) const {
     std::size_t longest = 0;
-    double largest = -1;
-    for (std::size_t n = 0; n < vertices_.size(); ++n) {
+    double largest = 0;
+    for (std::size_t n = 0; n < direction.places.size(); ++n) {
         double length = 0;
-        for (std::size_t c = 0; c < kDim; ++c) length += square(direction[n * kDim + c]);
+        for (std::size_t c = 0; c < kDim; ++c) length += square(direction.values[n * kDim + c]);
         if (length > largest) {
             largest = length;
-            longest = n;
+            longest = at(direction.places[n]);
         }
     }
     return vertices_[longest];
 }
 
-std::vector<double> DeflationResidual::project(std::span<const double> direction) const {
-    std::vector<double> partials(at(chunks_of(vertices_.size()) * shapes_), 0.0);
-    const std::int64_t chunks =
-        for_chunks(vertices_.size(), [&](std::int64_t chunk, std::int64_t begin, std::int64_t end) {
-            double* codes = partials.data() + chunk * shapes_;
-            for (std::int64_t i = begin * kDim; i < end * kDim; ++i) {
-                const double d = direction[at(i)];
-                if (d == 0) continue;
-                for (std::int64_t m = 0; m < shapes_; ++m) codes[m] += d * row(i)[m];
+/// Inner products of all pairs of shapes over some vertices, (shapes,shapes).
+std::vector<double> DeflationResidual::correlations(std::span<const int> places) const {
+    std::vector<double> matrix = sum_over_chunks(
+        places.size(), shapes_ * shapes_, [&](std::int64_t begin, std::int64_t end, double* sums) {
+            for (std::int64_t n = begin; n < end; ++n) {
+                const double* rows = row(places[at(n)] * kDim);
+                for (std::int64_t m = 0; m < shapes_; ++m) {
+                    for (std::int64_t l = 0; l <= m; ++l) {
+                        double sum = 0;
+                        for (std::int64_t c = 0; c < kDim; ++c) {
+                            sum += rows[c * shapes_ + m] * rows[c * shapes_ + l];
+                        }
+                        sums[m * shapes_ + l] += sum;
+                    }
+                }
             }
         });
-    std::vector<double> codes(at(shapes_), 0.0);
-    for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
-        for (std::int64_t m = 0; m < shapes_; ++m)
-            codes[at(m)] += partials[at(chunk * shapes_ + m)];
+    for (std::int64_t m = 0; m < shapes_; ++m) {
+        for (std::int64_t l = m + 1; l < shapes_; ++l) {
+            matrix[at(m * shapes_ + l)] = matrix[at(l * shapes_ + m)];
+        }
     }
-    return codes;
+    return matrix;
+}
+
+/// The same matrix times `codes`, without it.
+std::vector<double> DeflationResidual::correlated(std::span<const int> places,
+                                                  std::span<const double> codes) const {
+    return sum_over_chunks(places.size(), shapes_,
+                           [&](std::int64_t begin, std::int64_t end, double* sums) {
+                               for (std::int64_t n = begin; n < end; ++n) {
+                                   const double* rows = row(places[at(n)] * kDim);
+                                   const auto nine = products(rows, codes);
+                                   for (std::int64_t c = 0; c < kDim; ++c) {
+                                       for (std::int64_t m = 0; m < shapes_; ++m) {
+                                           sums[m] += nine[at(c)] * rows[c * shapes_ + m];
+                                       }
+                                   }
+                               }
+                           });
 }
 
 /// The channel of `vertex` with the most energy, as codes to start from.

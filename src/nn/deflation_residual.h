@@ -7,6 +7,16 @@
 
 namespace mscomp::nn {
 
+/// A direction of unit length at some of the vertices of a residual, or all zero.
+struct DeflationDirection {
+    std::vector<int> places;     // rising indices into DeflationResidual::vertices()
+    std::vector<double> values;  // (places,9)
+    std::vector<double> codes;   // (shapes), how far each shape goes along it
+
+    /// The energy that it explains: the sum of the squared codes.
+    double explained() const;
+};
+
 /// What is left of the encoder output of one autoencoder while components are taken out of it, at
 /// the vertices where there is anything. Sums run over fixed chunks of vertices in parallel.
 class DeflationResidual {
@@ -22,32 +32,32 @@ class DeflationResidual {
     /// noise that a support has to carry.
     void drop_silent_vertices();
 
+    /// Of what drop_silent_vertices left.
     double energy() const;
     /// The vertex with the largest remaining energy.
     int strongest_vertex() const;
-    /// Vertices that `direction`s are about, rising.
+    /// Vertices that directions are about, rising.
     std::span<const int> vertices() const { return vertices_; }
 
-    /// The unit-length direction (vertices().size(), 9) that explains most energy among those that
-    /// vanish where `is_free` is zero, by power iterations from the main direction of `vertex`; all
-    /// zero where nothing is left.
-    std::vector<double> main_direction(int vertex, std::span<const char> is_free) const;
-    /// Sum of the squared codes of a direction.
-    double explained(std::span<const double> direction) const;
-    void subtract(std::span<const double> direction);
-    /// The vertex where a direction is longest.
-    int longest_vertex(std::span<const double> direction) const;
+    /// The direction that explains most energy among those that vanish at all but `places`, by
+    /// power iterations from the main direction of `vertex`; all zero where nothing is left.
+    DeflationDirection main_direction(int vertex, std::vector<int> places) const;
+    void subtract(const DeflationDirection& direction);
+    /// The vertex where a direction is longest, the first one where there are several.
+    int longest_vertex(const DeflationDirection& direction) const;
 
   private:
     const double* row(std::int64_t i) const { return values_.data() + i * shapes_; }
-    std::int64_t row_count() const;
-    std::vector<double> vertex_energies() const;
-    std::vector<double> project(std::span<const double> direction) const;
+    double energy_of(std::int64_t place) const;
     std::vector<double> strongest_channel(int vertex) const;
+    std::vector<double> correlations(std::span<const int> places) const;
+    std::vector<double> correlated(std::span<const int> places,
+                                   std::span<const double> codes) const;
 
     std::int64_t shapes_;
     std::vector<int> vertices_;
-    std::vector<double> values_;  // (vertices,9,shapes)
+    std::vector<double> values_;    // (vertices,9,shapes)
+    std::vector<double> energies_;  // (vertices)
 };
 
 }  // namespace mscomp::nn

@@ -26,31 +26,36 @@ void set_identity(std::span<T> matrices) {
     }
 }
 
-std::vector<char> free_vertices(const SparsityRow& row) {
-    std::vector<char> free;
-    for (int v = 0; v < static_cast<int>(row.distances.size()); ++v) {
-        free.push_back(row.is_free(v) ? 1 : 0);
+/// Places of the vertices of a residual where a component around `row` may act.
+std::vector<int> free_places(std::span<const int> vertices, const SparsityRow& row) {
+    std::vector<int> places;
+    for (std::size_t n = 0; n < vertices.size(); ++n) {
+        if (row.is_free(vertices[n])) places.push_back(static_cast<int>(n));
     }
-    return free;
+    return places;
 }
 
 struct FoundComponent {
     int center = 0;
-    std::vector<double> direction;  // at the vertices of the residual
-    double energy = -1;             // explained by it
+    DeflationDirection direction;
+    double energy = -1;  // explained by it
 };
 
 /// A component around the strongest vertex, then around where it is longest, as long as that
 /// explains more.
-FoundComponent next_component(const DeflationResidual& residual, SparsityRows& sparsity) {
+FoundComponent next_component(const DeflationResidual& residual, SparsityRows& sparsity,
+                              DistanceRows& distances) {
     constexpr int kMoves = 6;
     FoundComponent best;
     int center = residual.strongest_vertex();
     for (int move = 0; move < kMoves; ++move) {
         FoundComponent found;
         found.center = center;
-        found.direction = residual.main_direction(center, free_vertices(sparsity.row(center)));
-        found.energy = residual.explained(found.direction);
+        // Rows of earlier centres need not be kept.
+        distances.prepare(std::span(&center, 1));
+        found.direction =
+            residual.main_direction(center, free_places(residual.vertices(), sparsity.row(center)));
+        found.energy = found.direction.explained();
         if (!(found.energy > best.energy)) break;
         best = std::move(found);
         center = residual.longest_vertex(best.direction);
@@ -70,20 +75,20 @@ struct StartShapes {
     }
 };
 
+/// `rows` (V,9,lanes) is there to work in.
 template <class T>
 DeflationResidual residual_of(StackedModel<T>& model, int level, std::int64_t a,
-                              const StartShapes& start) {
-    const std::int64_t vertices = model.vertex_count();
+                              const StartShapes& start, std::span<T> rows) {
     const std::int64_t lanes = lane_count(model.batch_capacity());
-    AlignedVector<T> rows(at(vertices * kDim * lanes));
-    DeflationResidual residual(vertices, static_cast<std::int64_t>(start.shapes.size()));
+    DeflationResidual residual(model.vertex_count(),
+                               static_cast<std::int64_t>(start.shapes.size()));
     for (std::size_t first = 0; first < start.shapes.size(); first += start.batch) {
         // One pass holds them all: it has been made already.
         if (start.batch < start.shapes.size()) {
             model.load_batch(start.features, start.pass(first));
             model.forward();
         }
-        model.input_rows(level, static_cast<int>(a), std::span<T>(rows));
+        model.input_rows(level, static_cast<int>(a), rows);
         residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first),
                       static_cast<std::int64_t>(start.pass(first).size()));
     }
@@ -98,20 +103,23 @@ void deflate_level(StackedModel<T>& model, int index, const StartShapes& start) 
     const auto& level = model.levels()[at(index)];
     const std::int64_t vertices = model.vertex_count();
     const std::span<T> weights = model.parameters().value(level.weights);
+    AlignedVector<T> rows(at(vertices * kDim * lane_count(model.batch_capacity())));
     std::vector<int> centers;
     for (std::int64_t a = 0; a < level.autoencoders; ++a) {
-        DeflationResidual residual = residual_of(model, index, a, start);
+        DeflationResidual residual = residual_of(model, index, a, start, std::span<T>(rows));
         const double first_energy = residual.energy();
         for (std::int64_t k = 0; k < level.components; ++k) {
-            const FoundComponent found = next_component(residual, *level.sparsity);
+            const FoundComponent found =
+                next_component(residual, *level.sparsity, model.inner_distances());
             centers.push_back(found.center);
             if (!(found.energy > kNothingLeft * first_energy)) continue;
             residual.subtract(found.direction);
             T* row = weights.data() + (a * level.components + k) * vertices * kDim;
-            const std::span<const int> at_vertices = residual.vertices();
-            for (std::size_t i = 0; i < found.direction.size(); ++i) {
-                row[at_vertices[i / kDim] * kDim + static_cast<std::int64_t>(i) % kDim] =
-                    static_cast<T>(found.direction[i]);
+            const DeflationDirection& direction = found.direction;
+            for (std::size_t i = 0; i < direction.values.size(); ++i) {
+                const int v = residual.vertices()[at(direction.places[i / kDim])];
+                row[v * kDim + static_cast<std::int64_t>(i) % kDim] =
+                    static_cast<T>(direction.values[i]);
             }
         }
     }
