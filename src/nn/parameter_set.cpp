@@ -52,7 +52,8 @@ void ParameterSet<T>::set_live(int index, std::vector<Range> ranges) {
                                                            : std::min(next->first, before.last);
             if (!is_live) {
                 for (auto* all : {&grads_, &moments1_, &moments2_}) {
-                    std::fill(all->begin() + e.offset + at, all->begin() + e.offset + stop, T{0});
+                    all->reset(static_cast<std::size_t>(e.offset + at),
+                               static_cast<std::size_t>(e.offset + stop));
                 }
             }
             at = stop;

@@ -4,14 +4,20 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <limits>
 #include <new>
 
 namespace mscomp::nn {
 namespace {
 
+std::size_t page_bytes() {
+    static const auto bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    return bytes;
+}
+
 std::size_t whole_pages(std::size_t bytes) {
-    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    const std::size_t page = page_bytes();
     if (bytes > std::numeric_limits<std::size_t>::max() - page) throw std::bad_alloc();
     return (bytes + page - 1) / page * page;
 }
@@ -36,6 +42,20 @@ void ZeroPages::grow(std::size_t bytes) {
 
 void ZeroPages::reset() {
     if (start_ != nullptr && ::madvise(start_, bytes_, MADV_DONTNEED) != 0) throw std::bad_alloc();
+}
+
+void ZeroPages::reset(std::size_t first, std::size_t last) {
+    // To give back a few pages costs more than to write to them.
+    constexpr std::size_t kWorthwhile = 16;
+    char* const bytes = static_cast<char*>(start_);
+    const std::size_t begin = whole_pages(first), end = last / page_bytes() * page_bytes();
+    if (end < begin + kWorthwhile * page_bytes()) {
+        if (first < last) std::memset(bytes + first, 0, last - first);
+        return;
+    }
+    std::memset(bytes + first, 0, begin - first);
+    if (::madvise(bytes + begin, end - begin, MADV_DONTNEED) != 0) throw std::bad_alloc();
+    std::memset(bytes + end, 0, last - end);
 }
 
 }  // namespace mscomp::nn

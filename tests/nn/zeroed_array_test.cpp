@@ -79,6 +79,30 @@ TEST(ZeroedArray, ResetGivesZerosAndTheMemoryBack) {
     EXPECT_TRUE(all_zero(array));
 }
 
+// Of a part, however it lies to pages: exactly it becomes zero, and a large one is given back.
+TEST(ZeroedArray, ResetOfAPartLeavesTheRest) {
+    constexpr std::size_t kSize = 1 << 18;
+    for (const std::size_t first :
+         {std::size_t{0}, std::size_t{1}, std::size_t{1024}, std::size_t{70'001}}) {
+        for (const std::size_t size :
+             {std::size_t{0}, std::size_t{3}, std::size_t{2048}, std::size_t{16'384},
+              std::size_t{17'000}, std::size_t{100'003}}) {
+            ZeroedArray<float> array;
+            array.grow(kSize);
+            std::ranges::fill(array, 1.0F);
+            array.reset(first, first + size);
+            for (std::size_t i = 0; i < kSize; ++i) {
+                ASSERT_EQ(array.data()[i], i >= first && i < first + size ? 0.0F : 1.0F)
+                    << i << " of " << first << " + " << size;
+            }
+        }
+    }
+    ZeroedArray<float> array;
+    array.grow(kLarge);
+    array.reset(1, kLarge - 1);
+    EXPECT_LE(pages_in_memory(array.begin(), array.end()), 1024U) << "zeros need no memory";
+}
+
 TEST(ZeroedArray, MovesLeaveNothingBehind) {
     ZeroedArray<float> array;
     array.grow(10);
@@ -108,6 +132,20 @@ TEST(ParameterSet, UntouchedParametersTakeUpNoMemory) {
     EXPECT_LE(
         pages_in_memory(parameters.value(large).data(), parameters.value(large).data() + kLarge),
         512U);
+}
+
+// What stops being live is zero, and costs nothing where it never was anything else.
+TEST(ParameterSet, WhatIsNotLiveTakesUpNoMemory) {
+    ParameterSet<float> parameters;
+    const int index = parameters.add("large", {static_cast<std::int64_t>(kLarge)});
+    parameters.moment1(index)[5] = parameters.moment1(index)[kLarge / 2] = 1;
+    parameters.set_live(index, {{0, 10}});
+    EXPECT_EQ(parameters.moment1(index)[5], 1);
+    EXPECT_EQ(parameters.moment1(index)[kLarge / 2], 0);
+    for (const auto& all :
+         {parameters.all_grads(), parameters.all_moments1(), parameters.all_moments2()}) {
+        EXPECT_LE(pages_in_memory(all.data(), all.data() + all.size()), 512U);
+    }
 }
 
 TEST(ParameterSet, KeepsValuesWhenOneIsAdded) {

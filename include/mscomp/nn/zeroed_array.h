@@ -25,6 +25,9 @@ class ZeroPages {
     void grow(std::size_t bytes);
     /// All zero again, and none of them takes up memory. Throws std::bad_alloc.
     void reset();
+    /// The bytes [first, last) zero again; whole pages among them take up no memory. Throws
+    /// std::bad_alloc.
+    void reset(std::size_t first, std::size_t last);
 
   private:
     void* start_ = nullptr;
@@ -64,6 +67,10 @@ class ZeroedArray {
     }
     /// Sets all to zero and gives their memory back. Pointers stay valid. Throws std::bad_alloc.
     void reset() { pages_.reset(); }
+    /// The same for elements [first, last).
+    void reset(std::size_t first, std::size_t last) {
+        pages_.reset(first * sizeof(T), last * sizeof(T));
+    }
 
   private:
     ZeroPages pages_;
