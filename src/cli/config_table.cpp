@@ -122,7 +122,7 @@ Table train_table(nn::TrainConfig& train) {
                 {{SparsityStep::proximal, "proximal"}, {SparsityStep::subgradient, "subgradient"}}),
          {},
          "proximal: exact zeros; subgradient: the papers"},
-        {"supports", &train.supports, {}, "skip vertices where nothing acts: same result, faster"},
+        {"supports", &train.supports, {}, "leave out vertices where nothing acts: faster"},
         {"checkpoint_every", &train.checkpoint_every, kAtLeastOne, "epochs; the last always"},
     };
 }

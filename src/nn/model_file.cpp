@@ -199,7 +199,14 @@ void ModelFile::load_acting(StackedModel<float>& model) const {
     if (!content_->file.contains("acting")) return model.act_where_weights_are();
     const auto acting = content_->file.data<std::uint8_t>(
         "acting", {model.levels().back().autoencoders, model.vertex_count()});
-    model.set_acting(static_cast<int>(model.levels().size()) - 1, acting);
+    model.act_where_weights_are();
+    const int last = static_cast<int>(model.levels().size()) - 1;
+    const std::vector<std::uint8_t> needed = model.acting(last);
+    for (std::size_t i = 0; i < needed.size(); ++i) {
+        if (needed[i] <= acting[i]) continue;
+        throw CheckpointError(content_->file.path(), "component weights where nothing acts");
+    }
+    model.set_acting(last, acting);
 }
 
 void ModelFile::load(StackedModel<float>& model) const {

@@ -17,22 +17,35 @@ namespace {
 std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 template <class T>
-double length_of(std::span<const T> nine) {
-    double square = 0;
-    for (const T x : nine) square += static_cast<double>(x) * static_cast<double>(x);
-    return std::sqrt(square);
+bool all_zero(std::span<const T> values) {
+    return std::ranges::all_of(values, [](T x) { return x == 0; });
 }
 
-/// Length of the gradient of component k at a packed row.
+/// Gradients of the component weights of one autoencoder, (V,9,padded).
 template <class T>
-double length_at(const T* packed, int padded, int k) {
-    double square = 0;
-    for (int c = 0; c < kFeatureDim; ++c) {
-        const auto g = static_cast<double>(packed[c * padded + k]);
-        square += g * g;
+struct PackedGrads {
+    const T* values;
+    int padded;
+
+    T at(int vertex, int channel, int k) const {
+        return values[(std::int64_t{vertex} * kFeatureDim + channel) * padded + k];
     }
-    return std::sqrt(square);
-}
+    double length(int vertex, int k) const {
+        double square = 0;
+        for (int c = 0; c < kFeatureDim; ++c) {
+            const auto g = static_cast<double>(at(vertex, c, k));
+            square += g * g;
+        }
+        return std::sqrt(square);
+    }
+};
+
+/// The second moment that an entry of the component weights starts with.
+template <class T>
+struct Admitted {
+    std::int64_t at;
+    T moment2;
+};
 
 }  // namespace
 
@@ -106,9 +119,7 @@ void StackedModel<T>::act_where_weights_are() {
             const std::int64_t row = (a * l.components + k) * vertex_count();
             for (int v = b; v < e; ++v) {
                 const auto c = weights.subspan(at((row + v) * kFeatureDim), kFeatureDim);
-                if (std::ranges::any_of(c, [](T x) { return x != 0; })) {
-                    acts[at(a * vertex_count() + v)] = 1;
-                }
+                if (!all_zero<T>(c)) acts[at(a * vertex_count() + v)] = 1;
             }
         }
     });
@@ -124,66 +135,63 @@ double StackedModel<T>::touched(int level) const {
 }
 
 template <class T>
+std::vector<double> StackedModel<T>::curvatures(int autoencoder) {
+    const Level& level = levels_.back();
+    const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
+    const auto weight = static_cast<double>(tape_.grad(level.reconstruction)[at(autoencoder)]);
+    std::vector<double> curvatures(at(level.components));
+    for (int k = 0; k < level.components; ++k) {
+        const std::int64_t row = std::int64_t{autoencoder} * level.components + k;
+        double squares = 0;
+        for (int m = 0; m < lane_mask_.active; ++m) {
+            const auto code = static_cast<double>(tape_.value(level.code)[at(row * lanes + m)]);
+            squares += code * code;
+        }
+        curvatures[at(k)] = 2 * weight * squares / lane_mask_.active;
+    }
+    return curvatures;
+}
+
+template <class T>
 typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double sparsity_weight,
                                                                         std::int64_t step) {
     assert(has_supports());
-    const int index = static_cast<int>(levels_.size()) - 1;
     const Level& level = levels_.back();
     const Autoencoder<T>& op = *fused_.back();
-    const int components = level.components, padded = op.padded_components();
-    const std::int64_t vertices = vertex_count();
-    const std::vector<SparsityRow>& around =
-        level.sparsity->focus(std::span<const T>(parameters_.value(level.weights)));
+    const int index = static_cast<int>(levels_.size()) - 1, components = level.components;
+    const std::int64_t vertices = vertex_count(), nine = kFeatureDim;
+    const std::span<const T> weights = parameters_.value(level.weights);
+    const std::vector<SparsityRow>& around = level.sparsity->focus(weights);
+    const double correction = second_moment_correction(step);
     const std::vector<std::uint8_t> before = inner_acting(index);
     std::vector<std::uint8_t> acts = before;
-    const std::span<T> weights = parameters_.value(level.weights);
-    const std::span<T> moment2 = parameters_.moment2(level.weights);
-    const double correction = second_moment_correction(step);
-    std::vector<double> curvature(at(components));
+    std::vector<std::vector<Admitted<T>>> admitted(at(level.autoencoders * chunk_count(vertices)));
     AlignedVector<T> grads;
-    // Moments of admitted vertices, to be written once these are live.
-    struct Moment {
-        std::int64_t at;
-        T value;
-    };
-    std::vector<std::vector<Moment>> moments(at(chunk_count(vertices)));
-    std::vector<Moment> admitted;
     for (int a = 0; a < level.autoencoders; ++a) {
         op.full_component_grads(tape_, a, grads);
-        const double error_weight = static_cast<double>(tape_.grad(level.reconstruction)[at(a)]);
-        const double worthwhile = kWorthwhile * error_weight *
+        const std::vector<double> curvature = curvatures(a);
+        const double worthwhile = kWorthwhile *
+                                  static_cast<double>(tape_.grad(level.reconstruction)[at(a)]) *
                                   static_cast<double>(tape_.value(level.reconstruction)[at(a)]) /
                                   static_cast<double>(vertices);
-        for (int k = 0; k < components; ++k) {
-            const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
-            double squares = 0;
-            for (int m = 0; m < lane_mask_.active; ++m) {
-                const auto code = static_cast<double>(
-                    tape_.value(level.code)[at((std::int64_t{a} * components + k) * lanes + m)]);
-                squares += code * code;
-            }
-            curvature[at(k)] = 2 * error_weight * squares / lane_mask_.active;
-        }
+        const PackedGrads<T> packed{grads.data(), op.padded_components()};
         for_each_chunk(1, vertices, [&](std::int64_t, std::int64_t chunk, int b, int e) {
-            moments[at(chunk)].clear();
             for (int v = b; v < e; ++v) {
                 std::uint8_t& acts_here = acts[at(a * vertices + v)];
-                const T* packed = grads.data() + std::int64_t{v} * kFeatureDim * padded;
-                double gain = 0, cost = 0;  // of admitting the vertex, of leaving it out
+                double gain = 0;
+                bool is_zero = true;
                 for (int k = 0; k < components; ++k) {
                     const std::int64_t row = std::int64_t{a} * components + k;
-                    const double length = length_of<T>(
-                        weights.subspan(at((row * vertices + v) * kFeatureDim), kFeatureDim));
-                    const double grad = length_at(packed, padded, k);
-                    cost += length * (grad + curvature[at(k)] * length / 2);
-                    const double slope =
-                        grad - sparsity_weight * around[at(row)].weight(v) / components;
-                    if (length == 0 && slope > 0 && curvature[at(k)] > 0) {
+                    is_zero = is_zero && all_zero<T>(weights.subspan(
+                                             at((row * vertices + v) * nine), at(nine)));
+                    const double slope = packed.length(v, k) -
+                                         sparsity_weight * around[at(row)].weight(v) / components;
+                    if (slope > 0 && curvature[at(k)] > 0) {
                         gain += slope * slope / (2 * curvature[at(k)]);
                     }
                 }
                 if (acts_here != 0) {
-                    if (gain + cost < 0.25 * worthwhile) acts_here = 0;
+                    if (is_zero && !(gain >= 0.25 * worthwhile)) acts_here = 0;
                     continue;
                 }
                 if (!(gain > worthwhile)) continue;
@@ -191,14 +199,13 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
                 for (int k = 0; k < components; ++k) {
                     const std::int64_t row = std::int64_t{a} * components + k;
                     for (int c = 0; c < kFeatureDim; ++c) {
-                        const T g = packed[c * padded + k];
-                        moments[at(chunk)].push_back({(row * vertices + v) * kFeatureDim + c,
-                                                      g * g * static_cast<T>(correction)});
+                        const auto g = static_cast<double>(packed.at(v, c, k));
+                        admitted[at(a * chunk_count(vertices) + chunk)].push_back(
+                            {(row * vertices + v) * nine + c, static_cast<T>(g * g * correction)});
                     }
                 }
             }
         });
-        for (const auto& each : moments) admitted.insert(admitted.end(), each.begin(), each.end());
     }
     SupportChange change;
     for (std::size_t i = 0; i < acts.size(); ++i) {
@@ -206,17 +213,11 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
         change.dropped += acts[i] < before[i] ? 1 : 0;
     }
     if (change.admitted + change.dropped == 0) return change;
-    for (std::size_t i = 0; i < acts.size(); ++i) {
-        if (acts[i] >= before[i]) continue;
-        const std::int64_t a = static_cast<std::int64_t>(i) / vertices;
-        const std::int64_t v = static_cast<std::int64_t>(i) % vertices;
-        for (int k = 0; k < components; ++k) {
-            const std::int64_t row = a * components + k;
-            std::fill_n(weights.begin() + (row * vertices + v) * kFeatureDim, kFeatureDim, T{0});
-        }
-    }
     set_inner_acting(index, acts);
-    for (const Moment& moment : admitted) moment2[at(moment.at)] = moment.value;
+    const std::span<T> moment2 = parameters_.moment2(level.weights);
+    for (const auto& of_chunk : admitted) {
+        for (const Admitted<T>& entry : of_chunk) moment2[at(entry.at)] = entry.moment2;
+    }
     return change;
 }
 

@@ -125,12 +125,14 @@ class StackedModel {
     /// After backward and before the update of step `step`: evaluates the gradient of the component
     /// weights of the last level at every vertex and decides anew who acts. With g the length of a
     /// component's gradient at a vertex, l = sparsity_weight Lambda / K and h = 2/n sum of the
-    /// squared codes (the curvature of the error in a weight), moving the weight from zero can gain
-    /// about max(g - l, 0)^2 / (2 h) at best. Vertices where the gains of all components exceed
+    /// squared codes (about the curvature of the error in a weight), moving the weight from zero
+    /// can gain about max(g - l, 0)^2 / (2 h). Vertices where the sum over the components exceeds
     /// kWorthwhile / V of the error are admitted, with second moments as if the gradient had always
-    /// been this. A vertex is dropped, its weights becoming zero, where that costs less than a
-    /// quarter: |C| g + h |C|^2 / 2 for weights that are not zero, the gain for those that are. At
-    /// a fixed point the vertices left out could lower the error by a part kWorthwhile in all.
+    /// been this; vertices whose weights are all exactly zero and would gain less than a quarter of
+    /// that are dropped. At a fixed point the vertices left out could lower the error by about a
+    /// part kWorthwhile in all. Overwrites the gradient of the level's source.
+    ///
+    /// This, set_acting and act_where_weights_are end the pass: nothing of it can be read any more.
     SupportChange adapt_supports(double sparsity_weight, std::int64_t step);
     static constexpr double kWorthwhile = 1e-4;
     /// Share of vertices that the autoencoders of a level touch, on average.
@@ -146,6 +148,7 @@ class StackedModel {
     void add_small_ops(Level& level, Var x);
     void set_inner_acting(int level, std::span<const std::uint8_t> acts);
     std::vector<std::uint8_t> inner_acting(int level) const;
+    std::vector<double> curvatures(int autoencoder);
     std::vector<T> batch_rows(std::span<const T> rows) const;
     void set_active_lanes(std::size_t count);
 

@@ -323,6 +323,7 @@ void gather_children(const T* source, const T* moments, const T* lane_weight, in
                      T* source_grad) {
     const std::int64_t size = static_cast<std::int64_t>(kDim) * lanes;
     for (int v = begin; v < end; ++v) {
+        bool has_outside = false;
         T scale = 0, shift[kDim] = {};
         if (v + 1 < end) {
             prefetch_row(source + (v + 1) * size, lanes);
@@ -337,6 +338,7 @@ void gather_children(const T* source, const T* moments, const T* lane_weight, in
             const T mask = child.mask ? child.mask[v] : T{1};
             const int slot = child.slot_of[v];
             if (slot < 0) {
+                has_outside = true;
                 scale += child.factor * mask * mask;
                 for (int c = 0; c < kDim; ++c) {
                     shift[c] += child.factor * mask * child.constant[c];
@@ -358,7 +360,7 @@ void gather_children(const T* source, const T* moments, const T* lane_weight, in
             }
             if (child.mask_grad) child.mask_grad[v] += horizontal_sum<T>(sum);
         }
-        if (scale == 0 || !source_grad) continue;
+        if (!has_outside || !source_grad) continue;
         for (int c = 0; c < kDim; ++c) {
             for (int l = 0; l < lanes; l += width<T, V>()) {
                 const std::int64_t at = v * size + c * lanes + l;

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-// The inner loops of a whole autoencoder; see fused/autoencoder.cpp for the passes that they make
+// The inner loops of a whole autoencoder; see ops/autoencoder.cpp for the passes that they make
 // up and kernels.h for the layout. Slots number the vertices that one autoencoder touches, in
 // rising order. Components and what belongs to them are packed per slot, [slot][9][padded], padded
 // = components rounded up to a multiple of 8 with zeros behind them; codes are [k][lanes], and

@@ -79,7 +79,7 @@ void Autoencoder<T>::follow_supports() {
         for (const int v : active.vertices) {
             work.inverse_degree.push_back(rings_.inverse_degree[at(v)]);
         }
-        // Zeros stay where slots do not act and behind the last component.
+        // Zeros stay behind the last component, and in rows where a slot does not act.
         const std::size_t packed = active.vertices.size() * kFeatureDim * at(sizes_.padded);
         for (auto* each : {&work.components, &work.decoder, &work.components_grad}) {
             each->assign(packed, T{0});
@@ -93,6 +93,7 @@ void Autoencoder<T>::follow_supports() {
     slot_sums_.resize(slot_tasks_.size());
     bias_sums_.resize(acting_tasks_.size());
     code_sums_.resize(std::max(slot_tasks_.size(), acting_tasks_.size()) * at(code_size()));
+    rest_.resize(at(autoencoders_));
     moments_.resize(has_constant_rest_ ? at(parents_ * vertices_ * (kFeatureDim + 1)) : 0);
 }
 
@@ -210,8 +211,8 @@ void Autoencoder<T>::decode(Tape<T>& tape) {
     }
 }
 
-/// sum of (mask source - constant)^2 = mask^2 squares - 2 mask <constant, sums> + lanes constant^2
-/// over the vertices without a slot.
+/// sum of (mask source - constant)^2 = sum of mask^2 squares - 2 <constant, sum of mask sums> +
+/// count lanes constant^2 over the vertices without a slot, from what backward needs too.
 template <class T>
 void Autoencoder<T>::add_constant_errors(Tape<T>& tape) {
     for_each_chunk(parents_, vertices_, [&](std::int64_t p, std::int64_t, int b, int e) {
@@ -224,19 +225,29 @@ void Autoencoder<T>::add_constant_errors(Tape<T>& tape) {
         const ActiveVertices& active = supports_.of(a);
         if (active.is_all()) return;
         const ActiveRows<T> rows = rows_of(tape, a);
-        const auto& constant = work_[at(a)].constant;
-        double constant_squares = 0, sum = 0;
-        for (const T c : constant) constant_squares += static_cast<double>(c * c);
+        ConstantRest& rest = rest_[at(a)];
+        rest = {};
+        double squares = 0;
         for (std::int64_t v = 0; v < vertices_; ++v) {
             if (active.slot_of[at(v)] >= 0) continue;
             const T* moments = moments_of(a) + v * (kFeatureDim + 1);
             const T mask = rows.mask ? rows.mask[v] : T{1};
-            T mixed = 0;
-            for (std::size_t c = 0; c < kFeatureDim; ++c) mixed += constant[c] * moments[c];
-            sum += static_cast<double>(mask * (mask * moments[kFeatureDim] - 2 * mixed)) +
-                   lane_mask_.active * constant_squares;
+            for (std::size_t c = 0; c < kFeatureDim; ++c) {
+                rest.masked_sums[c] += static_cast<double>(mask * moments[c]);
+            }
+            squares += static_cast<double>(mask * mask * moments[kFeatureDim]);
         }
-        tape.value(outputs_.error)[at(a)] += static_cast<T>(sum / lane_mask_.active);
+        const auto count = static_cast<double>((vertices_ - active.slot_count()) *
+                                               std::int64_t{lane_mask_.active});
+        double error = squares;
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            const auto constant = static_cast<double>(work_[at(a)].constant[c]);
+            error += constant * (count * constant - 2 * rest.masked_sums[c]);
+        }
+        rest.count = count;
+        // Rounding of the moments must not make it negative.
+        tape.value(outputs_.error)[at(a)] +=
+            static_cast<T>(std::max(error, 0.0) / lane_mask_.active);
     });
 }
 

@@ -70,9 +70,15 @@ class Autoencoder final : public Op<T> {
     };
     /// Partial sums of one task over slots.
     struct Sums {
-        std::array<T, kFeatureDim> bias{}, decoder_bias{};
+        std::array<T, kFeatureDim> decoder_bias{};
         Matrix own{}, ring{}, decoder_own{}, decoder_ring{};
         double error = 0;
+    };
+
+    /// Of the vertices without a slot.
+    struct ConstantRest {
+        double count = 0;  // times active lanes
+        std::array<double, kFeatureDim> masked_sums{};
     };
 
     void follow_supports();
@@ -135,6 +141,7 @@ class Autoencoder final : public Op<T> {
     AlignedVector<T> across_;                               // (A,lanes,padded)
     AlignedVector<T> codes_grad_;                           // (A,K,lanes)
     AlignedVector<T> moments_;                              // (parents,V,10)
+    std::vector<ConstantRest> rest_;                        // (A)
     std::vector<ChildGradient<T>> children_;                // (A)
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 #include "autoencoder.h"
 #include "batch.h"
@@ -35,6 +36,7 @@ void add_sums(int first, int last, const Get& get, std::span<T, kSize> target) {
 
 template <class T>
 void Autoencoder<T>::backward(Tape<T>& tape) {
+    assert(revision_ == supports_.revision());
     decode_backward(tape);
     finish_codes_grad(tape);
     decoder_to_components();
@@ -146,33 +148,19 @@ void Autoencoder<T>::conv_backward(Tape<T>& tape) {
     });
 }
 
-/// d/db' of the closed form: 2 (lanes constant - mask sums) (1 - constant^2).
+/// d/db' of the closed form: 2 (count lanes constant - sum of mask sums) (1 - constant^2).
 template <class T>
 void Autoencoder<T>::add_constant_bias_grads(Tape<T>& tape) {
-    parallel_for(autoencoders_, [&](std::int64_t index) {
-        const int a = static_cast<int>(index);
-        const ActiveVertices& active = supports_.of(a);
-        if (active.is_all()) return;
-        const ActiveRows<T> rows = rows_of(tape, a);
-        std::array<double, kFeatureDim> masked_sums{};
-        std::int64_t count = 0;
-        for (std::int64_t v = 0; v < vertices_; ++v) {
-            if (active.slot_of[at(v)] >= 0) continue;
-            ++count;
-            const T* moments = moments_of(a) + v * (kFeatureDim + 1);
-            const T mask = rows.mask ? rows.mask[v] : T{1};
-            for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                masked_sums[c] += static_cast<double>(mask * moments[c]);
-            }
-        }
+    for (int a = 0; a < autoencoders_; ++a) {
+        if (supports_.of(a).is_all()) continue;
+        const ConstantRest& rest = rest_[at(a)];
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
             const auto constant = static_cast<double>(work_[at(a)].constant[c]);
-            const double slope =
-                static_cast<double>(count * lane_mask_.active) * constant - masked_sums[c];
+            const double slope = rest.count * constant - rest.masked_sums[c];
             tape.grad(inputs_.decoder_bias)[at(a) * kFeatureDim + c] += static_cast<T>(
                 static_cast<double>(factor_of(tape, a)) * slope * (1 - constant * constant));
         }
-    });
+    }
 }
 
 template <class T>

@@ -26,6 +26,9 @@ class GroupSparsity final : public Op<T> {
           vertices_(tape.extents(weights)[2]),
           omega_(tape.result("group_sparsity", {autoencoders_}, differentiable)) {
         row_sums_.resize(static_cast<std::size_t>(autoencoders_ * components_));
+        if (differentiable) {
+            lambdas_.resize(static_cast<std::size_t>(autoencoders_ * components_ * vertices_));
+        }
     }
 
     std::string_view name() const override { return "group_sparsity"; }
@@ -39,7 +42,12 @@ class GroupSparsity final : public Op<T> {
             const std::span<const double> length = sparsity_.lengths(row);
             double sum = 0;
             for (std::size_t n = 0; n < acting.size(); ++n) {
-                sum += weight(row, acting[n]) * length[n];
+                const double lambda = weight(row, acting[n]);
+                sum += lambda * length[n];
+                if (!lambdas_.empty()) {
+                    lambdas_[static_cast<std::size_t>(row * vertices_ + acting[n])] =
+                        static_cast<T>(lambda);
+                }
             }
             row_sums_[static_cast<std::size_t>(row)] = sum;
         });
@@ -63,7 +71,8 @@ class GroupSparsity final : public Op<T> {
             const std::span<const int> acting = sparsity_.acting(row);
             for (std::size_t n = 0; n < acting.size(); ++n) {
                 const std::int64_t v = acting[n];
-                const double lambda = weight(row, v);
+                const auto lambda =
+                    static_cast<double>(lambdas_[static_cast<std::size_t>(row * vertices_ + v)]);
                 const double length = sparsity_.lengths(row)[n];
                 if (!(lambda > 0) || length == 0) continue;
                 const T scale = static_cast<T>(factor * lambda / length);
@@ -100,6 +109,8 @@ class GroupSparsity final : public Op<T> {
     Var omega_;
     const std::vector<SparsityRow>* rows_ = nullptr;  // of the last forward pass
     std::vector<double> row_sums_;
+    // (A*K,V) where backward needs them: another level may end the rows before it comes.
+    std::vector<T> lambdas_;
 };
 
 }  // namespace
