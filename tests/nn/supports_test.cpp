@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "mscomp/nn/active_vertices.h"
@@ -211,6 +213,97 @@ TEST_F(Supports, AreExactWhereTheRestIsZero) {
     for (std::size_t i = 0; i < dense_output.size(); ++i) {
         EXPECT_NEAR(sparse_output[i], dense_output[i], 1e-6) << i;
     }
+}
+
+// The same with an output that is not zero where nothing acts.
+TEST_F(Supports, AreExactWithAConstantOutput) {
+    start_deflation(model(), std::span<const float>(problem_.features),
+                    std::span<const int>(problem_.shapes));
+    const std::span<float> bias = model().parameters().value(model().levels()[1].decoder_bias);
+    for (std::size_t i = 0; i < bias.size(); ++i)
+        bias[i] = 0.02F * static_cast<float>(i % 7) - 0.05F;
+    pass();
+    const float sparse = model().forward();
+    const std::vector<float> sparse_output = model().reconstruction(2);
+    model().set_acting(1, std::vector<std::uint8_t>(model().acting(1).size(), 1));
+    const float dense = model().forward();
+    EXPECT_NEAR(sparse, dense, 1e-6 * static_cast<double>(dense));
+    const std::vector<float> dense_output = model().reconstruction(2);
+    for (std::size_t i = 0; i < dense_output.size(); ++i) {
+        EXPECT_NEAR(sparse_output[i], dense_output[i], 1e-6) << i;
+    }
+}
+
+// Loss weights times a constant are the same problem: the same vertices act.
+TEST_F(Supports, DoNotDependOnTheUnitOfTheLoss) {
+    std::vector<std::vector<std::uint8_t>> acts;
+    for (const double unit : {1.0, 64.0}) {
+        problem_.config.loss.reconstruction = unit;
+        model_ = problem_.make_model();
+        start_deflation(model(), std::span<const float>(problem_.features),
+                        std::span<const int>(problem_.shapes));
+        model().set_acting(1, std::vector<std::uint8_t>(model().acting(1).size(), 1));
+        pass();
+        model().adapt_supports(unit, 1);
+        acts.push_back(model().acting(1));
+    }
+    EXPECT_EQ(acts[0], acts[1]);
+    EXPECT_GT(count(acts[0]), 0);
+    EXPECT_LT(count(acts[0]), static_cast<std::int64_t>(acts[0].size()));
+}
+
+// A larger penalty admits no more vertices, and one that no gradient reaches admits none where it
+// acts in full.
+TEST_F(Supports, GrowOnlyAgainstThePenalty) {
+    std::int64_t before = std::numeric_limits<std::int64_t>::max();
+    for (const double penalty : {0.0, 1.0, 1e9}) {
+        start_deflation(model(), std::span<const float>(problem_.features),
+                        std::span<const int>(problem_.shapes));
+        model().set_acting(1, std::vector<std::uint8_t>(model().acting(1).size(), 1));
+        pass();
+        model().adapt_supports(penalty, 1);
+        EXPECT_LE(count(model().acting(1)), before) << penalty;
+        before = count(model().acting(1));
+    }
+}
+
+// Training decides anew who acts.
+TEST_F(Supports, AreAdaptedByTraining) {
+    Trainer trainer(model(), problem_.config, problem_.features, problem_.shapes);
+    trainer.start();
+    model().set_acting(1, std::vector<std::uint8_t>(model().acting(1).size(), 1));
+    EXPECT_LT(trainer.run_epoch().touched, 0.9);
+}
+
+// A component that stands still in most batches lives on.
+TEST(SupportsInSmallBatches, KeepWhatMovesRarely) {
+    SmallTraining problem(100, 3);
+    const int vertices = problem.mesh.vertex_count();
+    for (std::size_t m = 0; m < 100; ++m) {
+        if (m % 50 == 7) continue;  // in two of a hundred shapes patch 2 moves
+        for (std::size_t v = 0; v < static_cast<std::size_t>(vertices); ++v) {
+            problem.features[(m * static_cast<std::size_t>(vertices) + v) * 9 + 2] = 0;
+        }
+    }
+    problem.config.model.levels = {{3, 0.3, 1.0, {}}};
+    problem.config.train.batch = 10;
+    std::vector<double> errors;
+    for (const bool supports : {false, true}) {
+        problem.config.train.supports = supports;
+        const auto model = problem.make_model();
+        Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+        trainer.start();
+        EpochReport report;
+        for (int epoch = 0; epoch < 40; ++epoch) report = trainer.run_epoch();
+        errors.push_back(report.terms[0].reconstruction);
+        const std::span<const float> weights =
+            std::as_const(model->parameters()).value(model->levels()[0].weights);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto component = weights.subspan(k * weights.size() / 3, weights.size() / 3);
+            EXPECT_TRUE(std::ranges::any_of(component, [](float x) { return x != 0; })) << k;
+        }
+    }
+    EXPECT_LE(errors[1], 1.01 * errors[0]);
 }
 
 }  // namespace

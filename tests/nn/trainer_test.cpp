@@ -316,6 +316,26 @@ TEST_F(ModelFileTest, RefusesAlteredBytes) {
     }
 }
 
+// Who acts is decided in some steps only, so it is restored, not read off the weights.
+TEST_F(ModelFileTest, RestoresWhoActs) {
+    const auto model = problem_.make_model();
+    Trainer trainer(*model, problem_.config, problem_.features, problem_.shapes);
+    trainer.start();
+    std::vector<std::uint8_t> acts = model->acting(1);
+    std::vector<std::uint8_t> more = acts;
+    for (std::size_t i = 0; i < more.size(); i += 5) more[i] = 1;
+    ASSERT_NE(more, acts);
+    model->set_acting(1, more);
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    const std::string path = temporary("acting.safetensors");
+    write_model(path, *model, context, trainer.state(), trainer.codes());
+    const auto loaded = problem_.make_model();
+    ModelFile(path).load(*loaded);
+    EXPECT_EQ(loaded->acting(1), more);
+}
+
 // A settled centre need not be the longest vertex, so it is restored, not found again.
 TEST_F(ModelFileTest, RestoresCentres) {
     const auto model = problem_.make_model();
