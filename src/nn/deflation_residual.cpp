@@ -111,7 +111,6 @@ void DeflationResidual::drop_silent_vertices() {
     vertices_.resize(kept);
     energies_.resize(kept);
     values_.resize(kept * size);
-    values_.shrink_to_fit();
 }
 
 double DeflationResidual::energy() const {

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "mscomp/nn/aligned.h"
+
 namespace mscomp::nn {
 
 /// A direction of unit length at some of the vertices of a residual, or all zero.
@@ -56,7 +58,7 @@ class DeflationResidual {
 
     std::int64_t shapes_;
     std::vector<int> vertices_;
-    std::vector<double> values_;    // (vertices,9,shapes)
+    AlignedVector<double> values_;  // (vertices,9,shapes)
     std::vector<double> energies_;  // (vertices)
 };
 
