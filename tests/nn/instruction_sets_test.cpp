@@ -21,9 +21,10 @@ class EachInstructionSet : public testing::TestWithParam<const char*> {
     }
 
     void passes(const std::string& program, const std::string& filter) {
-        const std::string line = "MSCOMP_INSTRUCTION_SET=" + std::string(GetParam()) + " '" +
-                                 MSCOMP_BIN_DIR + "/" + program + "' --gtest_filter='" + filter +
-                                 "' >'" + folder_.path() + "/out' 2>&1";
+        const std::string line =
+            "GOMP_SPINCOUNT=20000 MSCOMP_INSTRUCTION_SET=" + std::string(GetParam()) + " '" +
+            MSCOMP_BIN_DIR + "/" + program + "' --gtest_filter='" + filter + "' >'" +
+            folder_.path() + "/out' 2>&1";
         const int status = std::system(line.c_str());
         EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << program << "\n"
                                                                    << read_file(folder_ / "out");
