@@ -390,6 +390,10 @@ TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
     model->set_centers(0, {0, 1, 2});
     model->parameters().value(0)[3] = std::numeric_limits<float>::quiet_NaN();
     EXPECT_THROW(load(), CheckpointError) << "a parameter that is not finite";
+    model->parameters().value(0)[3] = 0;
+    model->parameters().value(model->levels()[1].weights).back() =
+        std::numeric_limits<float>::infinity();
+    EXPECT_THROW(load(), CheckpointError) << "a component weight that is not finite";
 }
 
 TEST_F(ModelFileTest, RefusesAModelOfAnotherShape) {
