@@ -63,13 +63,15 @@ void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step) {
     const auto correction1 = static_cast<T>(1 - std::pow(kBeta1, static_cast<double>(step)));
     const auto correction2 = static_cast<T>(second_moment_correction(step));
     parallel_for(parameters.live_piece_count(), [&](std::int64_t piece) {
+        const double scale = parameters.rate_scale_of(static_cast<int>(piece));
         for (const auto& range : parameters.live_piece(static_cast<int>(piece))) {
             kernels<T>().adam(parameters.all_values().data() + range.first,
                               parameters.all_moments1().data() + range.first,
                               parameters.all_moments2().data() + range.first,
                               parameters.all_grads().data() + range.first, range.last - range.first,
-                              static_cast<T>(rate), static_cast<T>(kBeta1), static_cast<T>(kBeta2),
-                              correction1, correction2, static_cast<T>(kEpsilon));
+                              static_cast<T>(rate * scale), static_cast<T>(kBeta1),
+                              static_cast<T>(kBeta2), correction1, correction2,
+                              static_cast<T>(kEpsilon));
         }
     });
 }
@@ -81,6 +83,7 @@ void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, 
     const int vertices = model.vertex_count();
     for (const auto& level : model.levels()) {
         const std::span<T> weights = model.parameters().value(level.weights);
+        const double scaled_rate = rate * model.parameters().entry(level.weights).rate_scale;
         const std::span<const T> moment2 = model.parameters().moment2(level.weights);
         const std::vector<SparsityRow>& around = level.sparsity->focus(std::span<const T>(weights));
         parallel_for(level.sparsity->row_count(), [&](std::int64_t row) {
@@ -91,7 +94,7 @@ void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, 
                 if (!(lambda > 0) || length[n] == 0) continue;
                 const std::int64_t at = (row * vertices + acting[n]) * kFeatureDim;
                 shrink(weights.data() + at, length[n], moment2.data() + at, correction,
-                       rate * sparsity_weight * lambda / level.components);
+                       scaled_rate * sparsity_weight * lambda / level.components);
             }
         });
     }

@@ -19,7 +19,7 @@ int ParameterSet<T>::add(std::string name, Extents extents) {
     constexpr auto kCacheLine = static_cast<std::int64_t>(64 / sizeof(T));
     const std::int64_t count = element_count(extents);
     const auto offset = static_cast<std::int64_t>(values_.size());
-    entries_.push_back({std::move(name), std::move(extents), offset, count});
+    entries_.push_back({std::move(name), std::move(extents), offset, count, 1.0});
     const auto size =
         static_cast<std::size_t>(offset + (count + kCacheLine - 1) / kCacheLine * kCacheLine);
     for (auto* all : {&values_, &grads_, &moments1_, &moments2_}) all->grow(size);
@@ -64,11 +64,22 @@ void ParameterSet<T>::set_live(int index, std::vector<Range> ranges) {
 }
 
 template <class T>
+void ParameterSet<T>::set_rate_scale(int index, double scale) {
+    entries_[static_cast<std::size_t>(index)].rate_scale = scale;
+}
+
+template <class T>
 void ParameterSet<T>::cut_live() {
     constexpr std::int64_t kPiece = std::int64_t{1} << 15;
     live_.clear();
     first_of_piece_.assign(1, 0);
+    entry_of_piece_.clear();
     std::int64_t in_piece = 0;
+    const auto end_piece = [&](std::size_t entry) {
+        first_of_piece_.push_back(live_.size());
+        entry_of_piece_.push_back(static_cast<int>(entry));
+        in_piece = 0;
+    };
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         for (Range range : live_of_entry_[i]) {
             range.first += entries_[i].offset;
@@ -78,13 +89,11 @@ void ParameterSet<T>::cut_live() {
                 live_.push_back({range.first, stop});
                 in_piece += stop - range.first;
                 range.first = stop;
-                if (in_piece < kPiece) continue;
-                first_of_piece_.push_back(live_.size());
-                in_piece = 0;
+                if (in_piece == kPiece) end_piece(i);
             }
         }
+        if (in_piece > 0) end_piece(i);
     }
-    if (in_piece > 0) first_of_piece_.push_back(live_.size());
 }
 
 template class ParameterSet<float>;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
@@ -17,6 +18,13 @@ namespace {
 constexpr std::int64_t kDim = kFeatureDim;
 
 std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
+
+/// Component weights start with unit length, so that an entry is about 1/sqrt(V). Adam's steps are
+/// of the size of the rate whatever the gradient: on fine meshes they have to shrink as well.
+double component_rate_scale(std::int64_t vertices) {
+    constexpr double kOrdinary = 10000;
+    return std::min(1.0, std::sqrt(kOrdinary / static_cast<double>(vertices)));
+}
 
 }  // namespace
 
@@ -57,6 +65,7 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
         level.decoder_w_ring = own_decoder ? add("decoder_w_ring", {kDim, kDim}) : level.w_ring;
         level.decoder_bias = add("decoder_bias", {kDim});
         level.weights = add("component_weights", {level.components, vertices, kDim});
+        parameters_.set_rate_scale(level.weights, component_rate_scale(vertices));
         levels_.push_back(level);
         if (config.attention) autoencoders *= level.components;
     }

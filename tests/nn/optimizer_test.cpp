@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "op_table.h"
 #include "small_training.h"
 
 namespace mscomp::nn {
@@ -34,6 +35,40 @@ TEST(Adam, FirstStepsAreTheRateAlongTheSign) {
     EXPECT_NEAR(parameters.value(index)[0], -0.3, 1e-8);
     EXPECT_NEAR(parameters.value(index)[1], 0.3, 1e-7);
     EXPECT_EQ(parameters.value(index)[2], 0.0);
+}
+
+// Each parameter has its own scale of the rate, whatever pieces the steps are cut into.
+TEST(Adam, ScalesTheRateOfEachParameter) {
+    ParameterSet<double> parameters;
+    const int plain = parameters.add("plain", {40000}), slow = parameters.add("slow", {40000});
+    parameters.set_rate_scale(slow, 0.25);
+    for (const int index : {plain, slow}) {
+        std::ranges::fill(parameters.grad(index), 3.0);
+    }
+    adam_step(parameters, 0.1, 1);
+    for (std::size_t i = 0; i < 40000; ++i) {
+        EXPECT_NEAR(parameters.value(plain)[i], -0.1, 1e-8) << i;
+        EXPECT_NEAR(parameters.value(slow)[i], -0.025, 1e-8) << i;
+    }
+}
+
+// Components of unit length on a mesh four times as fine have entries half as long; above 10,000
+// vertices the steps of their weights shrink as these do, below they are as they were.
+TEST(Adam, StepsOfComponentsShrinkOnFineMeshes) {
+    const auto scale_at = [](int subdivisions) {
+        const TriangleMesh mesh = shapes::icosphere(subdivisions);
+        LineDistances line(2);
+        StackedModel<float>::Options options;
+        options.batch = 1;
+        options.losses = false;
+        ModelConfig config;
+        config.levels = {{1, 0.3, {}, {}}};
+        const StackedModel<float> model(
+            config, {}, one_rings_of_faces(mesh.vertex_count(), mesh.faces), line, options);
+        return model.parameters().entry(model.levels()[0].weights).rate_scale;
+    };
+    EXPECT_EQ(scale_at(4), 1.0);                                  // 2,562 vertices
+    EXPECT_NEAR(scale_at(6), std::sqrt(10000.0 / 40962), 1e-12);  // 40,962
 }
 
 class ProximalStep : public testing::Test {

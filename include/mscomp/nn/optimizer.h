@@ -21,7 +21,7 @@ template <class T>
 int first_non_finite_grad(const ParameterSet<T>& parameters);
 
 /// One Adam update (Kingma & Ba 2015; beta 0.9, 0.999, epsilon 1e-8) of all parameters from their
-/// gradients; `step` counts from 1.
+/// gradients, `rate` times the rate scale of each; `step` counts from 1.
 template <class T>
 void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step);
 

@@ -25,6 +25,7 @@ class ParameterSet {
         Extents extents;
         std::int64_t offset;  // into each allocation
         std::int64_t count;
+        double rate_scale = 1;  // factor of the learning rate
     };
 
     /// Adds a zero-filled parameter and returns its index. Spans taken before become invalid.
@@ -57,8 +58,8 @@ class ParameterSet {
     /// Says where parameter `index` can have a gradient: rising ranges of its elements, everything
     /// at first. What is not live is zero in gradients and moments and stays as it is in steps.
     void set_live(int index, std::vector<Range> ranges);
-    /// All live elements, in pieces of about the same size that do not depend on the number of
-    /// threads.
+    void set_rate_scale(int index, double scale);
+    /// All live elements, each piece of one parameter, cut whatever the number of threads.
     int live_piece_count() const { return static_cast<int>(first_of_piece_.size()) - 1; }
     std::span<const Range> live_piece(int piece) const {
         const auto i = static_cast<std::size_t>(piece);
@@ -67,6 +68,11 @@ class ParameterSet {
     }
     /// All values zero, as before their first use. Spans stay valid.
     void reset_values() { values_.reset(); }
+
+    double rate_scale_of(int piece) const {
+        const int entry = entry_of_piece_[static_cast<std::size_t>(piece)];
+        return entries_[static_cast<std::size_t>(entry)].rate_scale;
+    }
 
   private:
     void cut_live();
@@ -82,6 +88,7 @@ class ParameterSet {
     std::vector<std::vector<Range>> live_of_entry_;  // elements of each parameter
     std::vector<Range> live_;                        // of the allocations
     std::vector<std::size_t> first_of_piece_{0};     // into live_
+    std::vector<int> entry_of_piece_;
     ZeroedArray<T> values_, grads_, moments1_, moments2_;
 };
 
