@@ -139,11 +139,10 @@ def sizes_to_scale(options):
     """(V, N) of ours alone: step time and memory against either."""
     if options.quick:
         return {"stacked": [(2000, 36), (5023, 36)]}
-    sizes = [(v, n) for n in (20, 36) for v in (2000, 5023, 12500, 50000)]
-    if options.large:
-        sizes += [(200000, 20), (1000000, 20), (200000, 36), (1000000, 36)]
+    vertices = (2000, 5023, 12500, 50000) + ((200000, 1000000) if options.large else ())
+    sizes = [(v, n) for n in (20, 36) for v in vertices]
     more = [(12500, n) for n in (72, 144, 256)] + [(50000, 256)]
-    return {"stacked": sizes + more, "vae": sizes[4:8]}
+    return {"stacked": sizes + more, "vae": [(v, 36) for v in vertices[:4]]}
 
 
 class Record:
