@@ -94,8 +94,8 @@ TrainingSetup prepare(const nn::Config& config) {
 
     HeatGeodesics geodesics(outline.reference);
     const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
-    setup.distances = std::make_unique<NormalizedGeodesics>(std::move(geodesics),
-                                                            normalizer.largest_distance);
+    setup.distances =
+        std::make_unique<NormalizedGeodesics>(std::move(geodesics), normalizer.largest_distance);
     setup.context.config = write_config(config, false);
     setup.context.source = config.data.features;
     setup.context.source_hash = setup.features.data_hash();

@@ -66,8 +66,8 @@ void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>
                                         vertices.data(), b, e, rows, unused.data());
         kernels<T>().autoencoder.encode_backward(
             lanes_, decoder_grads.data(), sizes_, codes_grad,
-            across_.data() + std::int64_t{a} * lanes_ * sizes_.padded, vertices.data(), b, e,
-            rows, grads.data(), matrices + 2 * kMatrix);
+            across_.data() + std::int64_t{a} * lanes_ * sizes_.padded, vertices.data(), b, e, rows,
+            grads.data(), matrices + 2 * kMatrix);
     });
 }
 
