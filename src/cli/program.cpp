@@ -110,6 +110,11 @@ int run_program(CLI::App& app, int argc, const char* const* argv) {
     } catch (const std::bad_alloc&) {
         return fail(app, ExitCode::bug, "not enough memory for this input");
     } catch (const std::exception& error) {
+        // What is longer than a buffer fails while it is printed, with an exception of fmt's own.
+        if (std::ferror(stdout) != 0) {
+            const IoError unwritten("standard output", std::generic_category().message(errno));
+            return fail(app, unwritten.exit_code(), unwritten.what());
+        }
         return fail(app, ExitCode::bug,
                     fmt::format("this is a bug, please report it: {}", error.what()));
     } catch (...) {

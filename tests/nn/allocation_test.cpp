@@ -125,7 +125,15 @@ void expect_none(int threads, int batch) {
     }
     CountedSteps training(threads, batch);
     training.run(2);
-    for (const auto& [part, times] : training.run(3)) {
+    // A thread takes its own scratch memory when it first gets a piece of an op, which may be late;
+    // what allocates in every step does so in every three.
+    constexpr int kTries = 20;
+    Counts counts;
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+        counts = training.run(3);
+        if (counts.empty()) return;
+    }
+    for (const auto& [part, times] : counts) {
         ADD_FAILURE() << part << ": " << times << " allocations in three steps";
     }
 }
