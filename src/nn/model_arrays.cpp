@@ -2,8 +2,9 @@
 #include "model_arrays.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
@@ -68,7 +69,10 @@ void ModelArrays::write(const std::string& path, const Metadata& metadata) const
 
 bool read_inner(const SafetensorsFile& file, const std::string& name, const Extents& extents,
                 const VertexOrder& order, std::span<float> inner) {
-    constexpr std::size_t kBytes = kFeatureDim * sizeof(float);
+    // -0 is not 0 here.
+    const auto same_bits = [](float a, float b) {
+        return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+    };
     const std::span<const float> all = file.data<float>(name, extents);
     const ComponentRows rows(extents);
     if (rows.count == 0) {
@@ -83,8 +87,9 @@ bool read_inner(const SafetensorsFile& file, const std::string& name, const Exte
         for_vertices(chunks, order, [&](std::int64_t chunk, std::int64_t v, std::int64_t u) {
             const std::span<const float> nine(from + u * kFeatureDim, kFeatureDim);
             if (!is_finite(nine)) sound[static_cast<std::size_t>(chunk)] = 0;
-            if (std::memcmp(to + v * kFeatureDim, nine.data(), kBytes) == 0) return;
-            std::memcpy(to + v * kFeatureDim, nine.data(), kBytes);
+            const std::span<float> target(to + v * kFeatureDim, kFeatureDim);
+            if (!std::ranges::equal(nine, target, same_bits))
+                std::ranges::copy(nine, target.begin());
         });
         file.forget(std::as_bytes(std::span(from, static_cast<std::size_t>(rows.size))));
     }

@@ -23,7 +23,7 @@ using Half = typename VectorOf<T, (full_width<T>() > 8 ? 8 : full_width<T>())>::
 /// Calls run.operator()<V, U, K>(): registers for lanes and for codes, and the number of components
 /// where it is compiled apart (0: any).
 template <class T, class Run>
-auto with_registers(int lanes, CodeSizes sizes, const Run& run) {
+auto with_registers([[maybe_unused]] int lanes, CodeSizes sizes, const Run& run) {
     const auto with_components = [&]<class V, class U>() {
         switch (sizes.components) {
             case 5:
@@ -34,13 +34,17 @@ auto with_registers(int lanes, CodeSizes sizes, const Run& run) {
                 return run.template operator()<V, U, 0>();
         }
     };
-    const bool full_codes = sizes.padded % full_width<T>() == 0;
-    if (lanes % full_width<T>() == 0) {
-        return full_codes ? with_components.template operator()<Full<T>, Full<T>>()
-                          : with_components.template operator()<Full<T>, Half<T>>();
+    if constexpr (full_width<T>() <= 8) {
+        return with_components.template operator()<Full<T>, Full<T>>();
+    } else {
+        const bool full_codes = sizes.padded % full_width<T>() == 0;
+        if (lanes % full_width<T>() == 0) {
+            return full_codes ? with_components.template operator()<Full<T>, Full<T>>()
+                              : with_components.template operator()<Full<T>, Half<T>>();
+        }
+        return full_codes ? with_components.template operator()<Half<T>, Full<T>>()
+                          : with_components.template operator()<Half<T>, Half<T>>();
     }
-    return full_codes ? with_components.template operator()<Half<T>, Full<T>>()
-                      : with_components.template operator()<Half<T>, Half<T>>();
 }
 
 template <class T>
