@@ -5,7 +5,6 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -15,6 +14,7 @@
 #include "mscomp/acap/generate.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/geodesic/heat_geodesics.h"
+#include "run_benchmarks.h"
 
 namespace mscomp {
 namespace {
@@ -94,19 +94,11 @@ void add(const std::string& name, void (*body)(benchmark::State&), bool large) {
 }  // namespace mscomp
 
 int main(int argc, char** argv) {
-    bool large = false;
-    for (int i = 1; i < argc; ++i) {
-        if (std::strcmp(argv[i], "--large") != 0) continue;
-        large = true;
-        std::copy(argv + i + 1, argv + argc, argv + i);
-        --argc;
-        break;
-    }
     mscomp::set_thread_count(1);
-    mscomp::add("factorise", mscomp::factorise, large);
-    mscomp::add("one_row", mscomp::one_row, large);
-    mscomp::add("eight_rows", mscomp::eight_rows, large);
-    mscomp::add("normalizer", mscomp::normalizer, large);
-    benchmark::Initialize(&argc, argv);
-    benchmark::RunSpecifiedBenchmarks();
+    return mscomp::run_benchmarks(argc, argv, [](bool large) {
+        mscomp::add("factorise", mscomp::factorise, large);
+        mscomp::add("one_row", mscomp::one_row, large);
+        mscomp::add("eight_rows", mscomp::eight_rows, large);
+        mscomp::add("normalizer", mscomp::normalizer, large);
+    });
 }

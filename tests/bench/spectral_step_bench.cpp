@@ -23,6 +23,7 @@
 #include "mscomp/nn/optimizer.h"
 #include "mscomp/nn/spectral_vae.h"
 #include "peak_memory.h"
+#include "run_benchmarks.h"
 
 namespace mscomp::nn {
 namespace {
@@ -194,16 +195,4 @@ void add_all(bool large) {
 }  // namespace
 }  // namespace mscomp::nn
 
-int main(int argc, char** argv) {
-    const auto is_large = [](const char* argument) {
-        return std::string_view(argument) == "--large";
-    };
-    char** const end = std::remove_if(argv + 1, argv + argc, is_large);
-    int count = static_cast<int>(end - argv);
-    mscomp::nn::add_all(count < argc);
-    benchmark::Initialize(&count, argv);
-    if (benchmark::ReportUnrecognizedArguments(count, argv)) return 2;
-    benchmark::RunSpecifiedBenchmarks();
-    benchmark::Shutdown();
-    return 0;
-}
+int main(int argc, char** argv) { return mscomp::run_benchmarks(argc, argv, mscomp::nn::add_all); }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "op_table.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "gradient_check.h"
@@ -103,7 +105,7 @@ LineDistances::LineDistances(int vertices) {
 }
 
 template <class T>
-std::vector<OpCase<T>> op_table() {
+std::vector<OpCase<T>> stacked_op_table() {
     using F = OpFixture<T>;
     return {
         {"mesh_conv tanh", [](F& f) { conv(f, false, Activation::tanh); }},
@@ -162,6 +164,13 @@ std::vector<OpCase<T>> op_table() {
 }
 
 template <class T>
+std::vector<OpCase<T>> op_table() {
+    std::vector<OpCase<T>> table = stacked_op_table<T>();
+    std::ranges::copy(spectral_op_table<T>(), std::back_inserter(table));
+    return table;
+}
+
+template <class T>
 std::unique_ptr<OpFixture<T>> make_fixture(const OpCase<T>& op_case, FixtureSize size) {
     const bool wide = size == FixtureSize::wide;
     auto fixture = std::make_unique<OpFixture<T>>();
@@ -169,6 +178,8 @@ std::unique_ptr<OpFixture<T>> make_fixture(const OpCase<T>& op_case, FixtureSize
     mesh.vertices.push_back({9, 9, 9});  // in no face: its ring is empty
     fixture->rings =
         std::make_unique<RingTable<T>>(one_rings_of_faces(mesh.vertex_count(), mesh.faces));
+    fixture->laplacian = std::make_unique<ScaledLaplacian<T>>(
+        fixture->rings->rings, std::span<const double>{}, LambdaMax::exact);
     fixture->distances = std::make_unique<LineDistances>(mesh.vertex_count());
     fixture->lanes.active = wide ? 37 : 5;
     fixture->lanes.weight.assign(wide ? 48 : 8, T{0});

@@ -9,6 +9,7 @@
 
 #include "mscomp/nn/fused.h"
 #include "mscomp/nn/ops.h"
+#include "mscomp/nn/spectral_ops.h"
 
 namespace mscomp::nn {
 
@@ -32,9 +33,12 @@ struct OpFixture {
     std::unique_ptr<LineDistances> distances;
     std::unique_ptr<SparsityRows> sparsity;
     std::unique_ptr<LevelSupports> supports;
+    std::unique_ptr<ScaledLaplacian<T>> laplacian;
+    std::unique_ptr<ComponentCenters<T>> centers;
+    std::unique_ptr<BatchTerms<T>> terms;
     LaneMask<T> lanes;
     Tape<T> tape;
-    std::vector<Var> inputs;  // all that the op depends on
+    std::vector<Var> inputs;  // all that the op gives a gradient
     Var output;
     std::vector<Var> further_outputs;  // of an op that has several
 };
@@ -43,6 +47,8 @@ template <class T>
 struct OpCase {
     std::string name;
     std::function<void(OpFixture<T>&)> build;
+    std::size_t samples = 40;      // elements to check of each input of a wide fixture
+    double rounded_terms = 7 * 9;  // bound of float against double, see FloatOps
     friend void PrintTo(const OpCase& op_case, std::ostream* out) { *out << op_case.name; }
 };
 
@@ -50,6 +56,11 @@ struct OpCase {
 /// it.
 template <class T>
 std::vector<OpCase<T>> op_table();
+/// Its parts: the ops of the stacked model, those of the spectral VAE.
+template <class T>
+std::vector<OpCase<T>> stacked_op_table();
+template <class T>
+std::vector<OpCase<T>> spectral_op_table();
 
 enum class FixtureSize {
     narrow,  // 13 vertices and 8 lanes, 5 of them active: every element can be checked

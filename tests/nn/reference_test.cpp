@@ -12,27 +12,10 @@
 #include "mscomp/base/safetensors.h"
 #include "mscomp/nn/optimizer.h"
 #include "mscomp/nn/stacked_model.h"
+#include "reference_case.h"
 
 namespace mscomp::nn {
 namespace {
-
-constexpr double kTolerance = 1e-9;
-
-class StoredDistances final : public DistanceRows {
-  public:
-    StoredDistances(std::span<const double> table, int vertices)
-        : table_(table), vertices_(vertices) {}
-    int vertex_count() const override { return vertices_; }
-    std::span<const double> row(int vertex) override {
-        return table_.subspan(
-            static_cast<std::size_t>(vertex) * static_cast<std::size_t>(vertices_),
-            static_cast<std::size_t>(vertices_));
-    }
-
-  private:
-    std::span<const double> table_;
-    int vertices_;
-};
 
 Activation activation(const std::string& name) {
     return name == "tanh" ? Activation::tanh : Activation::none;
@@ -59,18 +42,6 @@ ModelConfig model_config(const nlohmann::json& from) {
         config.levels.push_back(l);
     }
     return config;
-}
-
-/// Largest |got - expected| relative to the largest |expected| of the array; NaN comes through.
-double relative_error(std::span<const double> got, std::span<const double> expected) {
-    if (got.size() != expected.size()) return std::nan("");
-    double worst = 0, scale = 0;
-    for (std::size_t i = 0; i < got.size(); ++i) {
-        scale = std::max(scale, std::abs(expected[i]));
-        const double error = std::abs(got[i] - expected[i]);
-        if (!(error <= worst)) worst = error;
-    }
-    return scale > 0 ? worst / scale : worst;
 }
 
 class ReferenceCase : public testing::TestWithParam<const char*> {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "spectral_op_table.h"
-
 #include <algorithm>
 #include <utility>
 
 #include "gradient_check.h"
+#include "op_table.h"
 
 namespace mscomp::nn {
 namespace {
@@ -12,17 +11,17 @@ namespace {
 constexpr int kComponents = 5;
 
 template <class T>
-std::int64_t vertices(const SpectralFixture<T>& f) {
+std::int64_t vertices(const OpFixture<T>& f) {
     return f.laplacian->vertex_count();
 }
 
 template <class T>
-std::int64_t lanes(const SpectralFixture<T>& f) {
+std::int64_t lanes(const OpFixture<T>& f) {
     return static_cast<std::int64_t>(f.lanes.weight.size());
 }
 
 template <class T>
-Var input(SpectralFixture<T>& f, const char* name, Extents extents, double scale,
+Var input(OpFixture<T>& f, const char* name, Extents extents, double scale,
           bool needs_grad = true) {
     const Var var = f.tape.input(name, std::move(extents), needs_grad);
     fill_random(f.tape, var, static_cast<std::uint64_t>(var.index), scale);
@@ -31,34 +30,34 @@ Var input(SpectralFixture<T>& f, const char* name, Extents extents, double scale
 }
 
 template <class T>
-Var rows(SpectralFixture<T>& f, const char* name, std::int64_t channels) {
+Var rows(OpFixture<T>& f, const char* name, std::int64_t channels) {
     return input(f, name, {1, vertices(f), channels, lanes(f)}, 1.0);
 }
 
 template <class T>
-Var weights(SpectralFixture<T>& f, const char* name, std::int64_t channels) {
+Var weights(OpFixture<T>& f, const char* name, std::int64_t channels) {
     return input(f, name, {1, kComponents, vertices(f), channels}, 0.3);
 }
 
 template <class T>
-Var filters(SpectralFixture<T>& f, std::int64_t order, std::int64_t in, std::int64_t out) {
+Var filters(OpFixture<T>& f, std::int64_t order, std::int64_t in, std::int64_t out) {
     return input(f, "theta", {order, in, out}, 0.15);
 }
 
 template <class T>
-Var moments(SpectralFixture<T>& f) {
+Var moments(OpFixture<T>& f) {
     return input(f, "moments", {2, kComponents, lanes(f)}, 0.8);
 }
 
 template <class T>
-void conv(SpectralFixture<T>& f, std::int64_t order, std::int64_t in, std::int64_t out,
+void conv(OpFixture<T>& f, std::int64_t order, std::int64_t in, std::int64_t out,
           Activation activation) {
     const Var x = rows(f, "x", in);
     f.output = cheb_conv(f.tape, *f.laplacian, x, filters(f, order, in, out), activation);
 }
 
 template <class T>
-void sample(SpectralFixture<T>& f, Spread spread) {
+void sample(OpFixture<T>& f, Spread spread) {
     const Var both = moments(f);
     f.output =
         sample_codes(f.tape, both, input(f, "noise", {1, kComponents, lanes(f)}, 1.0), spread);
@@ -66,7 +65,7 @@ void sample(SpectralFixture<T>& f, Spread spread) {
 
 /// A batch without gradient; zero in lanes without a shape, as the loader leaves them.
 template <class T>
-Var batch(SpectralFixture<T>& f) {
+Var batch(OpFixture<T>& f) {
     const Var x = input(f, "x", {1, vertices(f), 9, lanes(f)}, 0.5, false);
     const std::span<T> values = f.tape.value(x);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -76,7 +75,7 @@ Var batch(SpectralFixture<T>& f) {
 }
 
 template <class T>
-void encoder(SpectralFixture<T>& f, int order) {
+void encoder(OpFixture<T>& f, int order) {
     f.terms = std::make_unique<BatchTerms<T>>(*f.laplacian, order, static_cast<int>(lanes(f)));
     f.terms->prepare(f.tape.value(batch(f)), f.lanes.active);
     const Var theta = filters(f, order, 9, 9), own = weights(f, "C", 9);
@@ -84,7 +83,7 @@ void encoder(SpectralFixture<T>& f, int order) {
 }
 
 template <class T>
-void decoder(SpectralFixture<T>& f, int order) {
+void decoder(OpFixture<T>& f, int order) {
     const Var codes = input(f, "codes", {1, kComponents, lanes(f)}, 0.7);
     const Var own = weights(f, "C", 9), theta = filters(f, order, 9, 9);
     f.output = spectral_decoder(f.tape, *f.laplacian, codes, own, theta, batch(f), f.lanes);
@@ -93,7 +92,7 @@ void decoder(SpectralFixture<T>& f, int order) {
 /// Omega, whose gradient by the ranges is a definition and no slope; centres that no small step
 /// moves.
 template <class T>
-void sparsity(SpectralFixture<T>& f, std::int64_t channels) {
+void sparsity(OpFixture<T>& f, std::int64_t channels) {
     const Var c = weights(f, "C", channels);
     for (std::int64_t k = 0; k < kComponents; ++k) {
         const std::int64_t v = (5 * k + 3) % vertices(f);
@@ -108,9 +107,9 @@ void sparsity(SpectralFixture<T>& f, std::int64_t channels) {
 }  // namespace
 
 template <class T>
-std::vector<SpectralOpCase<T>> spectral_op_table() {
-    using F = SpectralFixture<T>;
-    return {
+std::vector<OpCase<T>> spectral_op_table() {
+    using F = OpFixture<T>;
+    std::vector<OpCase<T>> table{
         {"cheb_conv tanh", [](F& f) { conv(f, 3, 9, 9, Activation::tanh); }},
         {"cheb_conv order 1", [](F& f) { conv(f, 1, 9, 9, Activation::none); }},
         {"cheb_conv order 4 9 to 5", [](F& f) { conv(f, 4, 9, 5, Activation::none); }},
@@ -157,31 +156,15 @@ std::vector<SpectralOpCase<T>> spectral_op_table() {
         {"spectral_decoder order 2", [](F& f) { decoder(f, 2); }},
         {"spectral_decoder order 5", [](F& f) { decoder(f, 5); }},
     };
+    for (OpCase<T>& each : table) {
+        each.samples = 12;
+        // Chains of up to three products: codes, terms of degree 2, filters.
+        each.rounded_terms *= 3;
+    }
+    return table;
 }
 
-template <class T>
-std::unique_ptr<SpectralFixture<T>> make_spectral_fixture(const SpectralOpCase<T>& op_case,
-                                                          FixtureSize size) {
-    const bool wide = size == FixtureSize::wide;
-    auto fixture = std::make_unique<SpectralFixture<T>>();
-    TriangleMesh mesh = wide ? shapes::grid(17, 17) : shapes::grid(4, 3);
-    mesh.vertices.push_back({9, 9, 9});  // in no face: its ring is empty
-    fixture->laplacian =
-        std::make_unique<ScaledLaplacian<T>>(one_rings_of_faces(mesh.vertex_count(), mesh.faces),
-                                             std::span<const double>{}, LambdaMax::exact);
-    fixture->distances = std::make_unique<LineDistances>(mesh.vertex_count());
-    fixture->lanes.active = wide ? 37 : 5;
-    fixture->lanes.weight.assign(wide ? 48 : 8, T{0});
-    std::fill_n(fixture->lanes.weight.begin(), fixture->lanes.active, T{1});
-    op_case.build(*fixture);
-    return fixture;
-}
-
-template std::vector<SpectralOpCase<float>> spectral_op_table();
-template std::vector<SpectralOpCase<double>> spectral_op_table();
-template std::unique_ptr<SpectralFixture<float>> make_spectral_fixture(const SpectralOpCase<float>&,
-                                                                       FixtureSize);
-template std::unique_ptr<SpectralFixture<double>> make_spectral_fixture(
-    const SpectralOpCase<double>&, FixtureSize);
+template std::vector<OpCase<float>> spectral_op_table();
+template std::vector<OpCase<double>> spectral_op_table();
 
 }  // namespace mscomp::nn

@@ -16,26 +16,10 @@
 #include "mscomp/base/safetensors.h"
 #include "mscomp/nn/optimizer.h"
 #include "mscomp/nn/spectral_vae.h"
+#include "reference_case.h"
 
 namespace mscomp::nn {
 namespace {
-
-constexpr double kTolerance = 1e-9;
-
-class StoredDistances final : public DistanceRows {
-  public:
-    StoredDistances(std::span<const double> table, int vertices)
-        : table_(table), vertices_(vertices) {}
-    int vertex_count() const override { return vertices_; }
-    std::span<const double> row(int vertex) override {
-        const auto size = static_cast<std::size_t>(vertices_);
-        return table_.subspan(static_cast<std::size_t>(vertex) * size, size);
-    }
-
-  private:
-    std::span<const double> table_;
-    int vertices_;
-};
 
 SpectralConfig spectral_config(const nlohmann::json& from) {
     SpectralConfig config;
@@ -59,18 +43,6 @@ SpectralLossConfig loss_config(const nlohmann::json& from) {
             weights.at("Pi"),
             weights.at("Phi"),
             from.at("theta")};
-}
-
-/// Largest |got - expected| relative to the largest |expected| of the array; NaN comes through.
-double relative_error(std::span<const double> got, std::span<const double> expected) {
-    if (got.size() != expected.size()) return std::nan("");
-    double worst = 0, scale = 0;
-    for (std::size_t i = 0; i < got.size(); ++i) {
-        scale = std::max(scale, std::abs(expected[i]));
-        const double error = std::abs(got[i] - expected[i]);
-        if (!(error <= worst)) worst = error;
-    }
-    return scale > 0 ? worst / scale : worst;
 }
 
 /// A case, with small ops or fused.

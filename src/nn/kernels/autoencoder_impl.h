@@ -204,34 +204,6 @@ void encode_backward(int lanes, const T* components, CodeSizes sizes, const T* c
     for (int c = 0; c < kDim; ++c) bias_grad[c] += horizontal_sum<T>(sums[c]);
 }
 
-/// sums[o][c] += sum over rows and lanes of a[o] b[c], the lanes of a register apart; as many rows
-/// of the result at a time as stay in registers.
-template <class T, class V>
-inline void add_outer_9x9(const T* a, const T* b, std::int64_t rows, int lanes, V* sums) {
-    constexpr int kTile = MSCOMP_VECTOR_BYTES == 64 ? 3 : 1;
-    for (int tile = 0; tile < kDim; tile += kTile) {
-        V tile_sums[kTile][kDim];
-        for (int o = 0; o < kTile; ++o) {
-            for (int c = 0; c < kDim; ++c) tile_sums[o][c] = sums[(tile + o) * kDim + c];
-        }
-        for (std::int64_t row = 0; row < rows; ++row) {
-            const T* ra = a + (row * kDim + tile) * lanes;
-            const T* rb = b + row * kDim * lanes;
-            for (int l = 0; l < lanes; l += width<T, V>()) {
-                V left[kTile];
-                for (int o = 0; o < kTile; ++o) left[o] = load<V>(ra + o * lanes + l);
-                for (int c = 0; c < kDim; ++c) {
-                    const V right = load<V>(rb + c * lanes + l);
-                    for (int o = 0; o < kTile; ++o) tile_sums[o][c] += left[o] * right;
-                }
-            }
-        }
-        for (int o = 0; o < kTile; ++o) {
-            for (int c = 0; c < kDim; ++c) sums[(tile + o) * kDim + c] = tile_sums[o][c];
-        }
-    }
-}
-
 template <class T, class V>
 void autoencoder_conv_backward(const ActiveRows<T>& rows, const ConvParameters<T>& conv, const T* p,
                                int begin, int end, T* scratch, T* input_grad, T* own_grad,
@@ -240,12 +212,8 @@ void autoencoder_conv_backward(const ActiveRows<T>& rows, const ConvParameters<T
     const int lanes = rows.lanes;
     const std::int64_t size = static_cast<std::int64_t>(kDim) * lanes;
     T own_t[kDim * kDim], ring_t[kDim * kDim];
-    for (int o = 0; o < kDim; ++o) {
-        for (int c = 0; c < kDim; ++c) {
-            own_t[c * kDim + o] = conv.own[o * kDim + c];
-            ring_t[c * kDim + o] = conv.ring[o * kDim + c];
-        }
-    }
+    transpose_9x9(conv.own, own_t);
+    transpose_9x9(conv.ring, ring_t);
     T* x = scratch;
     T* q = scratch + kBlock * size;
     V own_sums[kDim * kDim] = {}, ring_sums[kDim * kDim] = {};

@@ -82,13 +82,16 @@ void conv_backward_activation(const T* y, const T* dy, bool use_tanh, int lanes,
     for (int c = 0; c < kDim; ++c) bias_grad[c] += horizontal_sum<T>(sums[c]);
 }
 
-/// out[o][c] += sum over rows and lanes of a[o] b[c]; three rows of the result at a time stay in
-/// registers.
+/// sums[o][c] += sum over rows and lanes of a[o] b[c], the lanes of a register apart; as many rows
+/// of the result at a time as stay in registers.
 template <class T, class V>
-void accumulate_outer_9x9(const T* a, const T* b, std::int64_t rows, int lanes, T* out) {
-    constexpr int kTile = 3;
+inline void add_outer_9x9(const T* a, const T* b, std::int64_t rows, int lanes, V* sums) {
+    constexpr int kTile = MSCOMP_VECTOR_BYTES == 64 ? 3 : 1;
     for (int tile = 0; tile < kDim; tile += kTile) {
-        V sums[kTile][kDim] = {};
+        V tile_sums[kTile][kDim];
+        for (int o = 0; o < kTile; ++o) {
+            for (int c = 0; c < kDim; ++c) tile_sums[o][c] = sums[(tile + o) * kDim + c];
+        }
         for (std::int64_t row = 0; row < rows; ++row) {
             const T* ra = a + (row * kDim + tile) * lanes;
             const T* rb = b + row * kDim * lanes;
@@ -97,15 +100,20 @@ void accumulate_outer_9x9(const T* a, const T* b, std::int64_t rows, int lanes, 
                 for (int o = 0; o < kTile; ++o) left[o] = load<V>(ra + o * lanes + l);
                 for (int c = 0; c < kDim; ++c) {
                     const V right = load<V>(rb + c * lanes + l);
-                    for (int o = 0; o < kTile; ++o) sums[o][c] += left[o] * right;
+                    for (int o = 0; o < kTile; ++o) tile_sums[o][c] += left[o] * right;
                 }
             }
         }
         for (int o = 0; o < kTile; ++o) {
-            for (int c = 0; c < kDim; ++c) {
-                out[(tile + o) * kDim + c] += horizontal_sum<T>(sums[o][c]);
-            }
+            for (int c = 0; c < kDim; ++c) sums[(tile + o) * kDim + c] = tile_sums[o][c];
         }
+    }
+}
+
+template <class T>
+inline void transpose_9x9(const T* from, T* to) {
+    for (int o = 0; o < kDim; ++o) {
+        for (int c = 0; c < kDim; ++c) to[c * kDim + o] = from[o * kDim + c];
     }
 }
 
@@ -114,12 +122,8 @@ void conv_backward(const Neighborhood<T>& rings, const T* x, const T* dpre, cons
                    const T* mn, int lanes, int begin, int end, T* scratch, T* dx, T* mp_grad,
                    T* mn_grad) {
     T mp_t[kDim * kDim], mn_t[kDim * kDim];
-    for (int o = 0; o < kDim; ++o) {
-        for (int c = 0; c < kDim; ++c) {
-            mp_t[c * kDim + o] = mp[o * kDim + c];
-            mn_t[c * kDim + o] = mn[o * kDim + c];
-        }
-    }
+    transpose_9x9(mp, mp_t);
+    transpose_9x9(mn, mn_t);
     for (int v = begin; v < end; ++v) {
         const std::int64_t at = static_cast<std::int64_t>(v) * kDim * lanes;
         T* gathered = scratch + static_cast<std::int64_t>(v - begin) * kDim * lanes;
@@ -137,8 +141,13 @@ void conv_backward(const Neighborhood<T>& rings, const T* x, const T* dpre, cons
         }
     }
     const std::int64_t first = static_cast<std::int64_t>(begin) * kDim * lanes;
-    accumulate_outer_9x9<T, V>(dpre + first, x + first, end - begin, lanes, mp_grad);
-    accumulate_outer_9x9<T, V>(scratch, x + first, end - begin, lanes, mn_grad);
+    V mp_sums[kDim * kDim] = {}, mn_sums[kDim * kDim] = {};
+    add_outer_9x9<T, V>(dpre + first, x + first, end - begin, lanes, mp_sums);
+    add_outer_9x9<T, V>(scratch, x + first, end - begin, lanes, mn_sums);
+    for (int i = 0; i < kDim * kDim; ++i) {
+        mp_grad[i] += horizontal_sum<T>(mp_sums[i]);
+        mn_grad[i] += horizontal_sum<T>(mn_sums[i]);
+    }
 }
 
 template <class T, class V, int K>

@@ -116,7 +116,9 @@ class Autoencoder final : public Op<T> {
     bool wants_source_grad(Tape<T>& tape) const {
         return inputs_.joint && tape.needs_grad(inputs_.source);
     }
-    void spread_across(const T* codes, AlignedVector<T>& across) const;
+    std::int64_t across_size() const { return std::int64_t{lanes_} * sizes_.padded; }
+    void spread_across(const T* codes, T* across) const;  // of one autoencoder
+    void spread_all(const T* codes);
 
     const RingTable<T>& rings_;
     AutoencoderInputs inputs_;

@@ -75,9 +75,8 @@ void Autoencoder<T>::decode_task_backward(Tape<T>& tape, std::int64_t t, T facto
     T* codes_grad = code_sums_.data() + t * code_size();
     std::fill_n(codes_grad, code_size(), T{0});
     kernels<T>().autoencoder.decode_backward(
-        rows_of(tape, a), work_[at(a)].decoder.data(), sizes_,
-        across_.data() + std::int64_t{a} * lanes_ * sizes_.padded, lane_mask_.weight.data(), factor,
-        error_of(tape, a),
+        rows_of(tape, a), work_[at(a)].decoder.data(), sizes_, across_.data() + a * across_size(),
+        lane_mask_.weight.data(), factor, error_of(tape, a),
         outputs_.residual.valid() ? tape.grad(outputs_.residual).data() + a * source_size()
                                   : nullptr,
         task.begin, task.end, wants_input_grad_ ? input_grad_of(a) : nullptr, codes_grad,
@@ -99,7 +98,7 @@ void Autoencoder<T>::finish_codes_grad(Tape<T>& tape) {
             codes_grad_[i] *= 1 - code * code;
         }
     }
-    spread_across(codes_grad_.data(), across_);
+    spread_all(codes_grad_.data());
 }
 
 /// dC = W_own'^T dD + the same of the ring, and the gradients of the matrices themselves.
@@ -129,9 +128,8 @@ void Autoencoder<T>::encode_backward() {
         bias_sums_[at(t)] = {};
         kernels<T>().autoencoder.encode_backward(
             lanes_, work.components.data(), sizes_, codes_grad_.data() + a * code_size(),
-            across_.data() + std::int64_t{a} * lanes_ * sizes_.padded,
-            supports_.of(a).acting.data(), task.begin, task.end, work.encoded.data(),
-            work.components_grad.data(), bias_sums_[at(t)].data());
+            across_.data() + a * across_size(), supports_.of(a).acting.data(), task.begin, task.end,
+            work.encoded.data(), work.components_grad.data(), bias_sums_[at(t)].data());
     });
 }
 

@@ -21,12 +21,8 @@ void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>
     // The gradient of the source has been used up, and is large.
     AlignedVector<T> own_rows(wants_source_grad(tape) ? 0 : at(source_size()));
     T* const rows = wants_source_grad(tape) ? tape.grad(inputs_.source).data() : own_rows.data();
-    AlignedVector<T> across(at(std::int64_t{lanes_} * sizes_.padded));
-    for (int k = 0; k < sizes_.components; ++k) {
-        for (int l = 0; l < lanes_; ++l) {
-            across[at(std::int64_t{l} * sizes_.padded + k)] = codes[std::int64_t{k} * lanes_ + l];
-        }
-    }
+    AlignedVector<T> across(at(across_size()));
+    spread_across(codes, across.data());
     std::vector<int> vertices(at(vertices_));
     std::iota(vertices.begin(), vertices.end(), 0);
     ActiveRows<T> all = rows_of(tape, a);
@@ -65,9 +61,8 @@ void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>
         kernels<T>().autoencoder.encode(all, encoder_of(tape, a), decoder_grads.data(), sizes_,
                                         vertices.data(), b, e, rows, unused.data());
         kernels<T>().autoencoder.encode_backward(
-            lanes_, decoder_grads.data(), sizes_, codes_grad,
-            across_.data() + std::int64_t{a} * lanes_ * sizes_.padded, vertices.data(), b, e, rows,
-            grads.data(), matrices + 2 * kMatrix);
+            lanes_, decoder_grads.data(), sizes_, codes_grad, across_.data() + a * across_size(),
+            vertices.data(), b, e, rows, grads.data(), matrices + 2 * kMatrix);
     });
 }
 
