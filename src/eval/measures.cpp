@@ -9,50 +9,70 @@
 
 #include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
+#include "point_arithmetic.h"
 
 namespace mscomp {
 namespace {
 
-double square_distance(const Point& p, const Point& q) {
-    double sum = 0;
-    for (std::size_t k = 0; k < 3; ++k) sum += (p[k] - q[k]) * (p[k] - q[k]);
-    return sum;
-}
-
-Point centroid(const std::vector<Point>& points) {
-    Point sum{0, 0, 0};
-    for (const Point& p : points) {
-        for (std::size_t k = 0; k < 3; ++k) sum[k] += p[k] / static_cast<double>(points.size());
-    }
-    return sum;
+double root_mean_square_1000(double squares, double coordinates) {
+    return 1000 * std::sqrt(squares / coordinates);
 }
 
 }  // namespace
 
-RmsError::RmsError(const std::vector<Point>& reference) : scale_(0) {
-    if (reference.empty()) throw MeshError("E_rms of a reference without vertices");
+double unit_ball_scale(const std::vector<Point>& reference) {
     const Point center = centroid(reference);
     double farthest = 0;
-    for (const Point& p : reference) farthest = std::max(farthest, square_distance(p, center));
-    scale_ = 1 / std::sqrt(farthest);
+    for (const Point& p : reference) {
+        const double square = square_distance(p, center);
+        // std::max would forget a NaN.
+        if (!(square <= farthest)) farthest = square;
+        if (std::isnan(farthest)) break;
+    }
+    const double scale = 1 / std::sqrt(farthest);
+    return scale > 0 && std::isfinite(scale) ? scale : std::numeric_limits<double>::quiet_NaN();
 }
 
-void RmsError::add(const std::vector<Point>& truth, const std::vector<Point>& result) {
+std::vector<Point> aligned_to(const std::vector<Point>& truth, const std::vector<Point>& result) {
     if (truth.size() != result.size() || truth.empty()) {
         throw MeshError(
-            fmt::format("E_rms between {} and {} vertices", truth.size(), result.size()));
+            fmt::format("measuring a result of {} vertices, the truth has {}; wanted as many, and "
+                        "at least one",
+                        result.size(), truth.size()));
     }
-    const std::vector<Point> aligned = moved(result, best_rigid_motion(result, truth));
+    return moved(result, best_rigid_motion(result, truth));
+}
+
+std::vector<double> vertex_distances(const std::vector<Point>& truth,
+                                     const std::vector<Point>& result) {
+    const std::vector<Point> aligned = aligned_to(truth, result);
+    std::vector<double> distances(truth.size());
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        distances[i] = std::sqrt(square_distance(truth[i], aligned[i]));
+    }
+    return distances;
+}
+
+RmsError::RmsError(const std::vector<Point>& reference) : scale_(0) {
+    if (reference.empty()) throw MeshError("E_rms of a reference without vertices");
+    scale_ = unit_ball_scale(reference);
+}
+
+double RmsError::add(const std::vector<Point>& truth, const std::vector<Point>& result) {
+    const std::vector<Point> aligned = aligned_to(truth, result);
     double squares = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) squares += square_distance(truth[i], aligned[i]);
-    squares_ += squares * scale_ * scale_;
-    coordinates_ += 3.0 * static_cast<double>(truth.size());
+    squares *= scale_ * scale_;
+    const double coordinates = 3.0 * static_cast<double>(truth.size());
+    squares_ += squares;
+    coordinates_ += coordinates;
     ++shapes_;
+    return root_mean_square_1000(squares, coordinates);
 }
 
 double RmsError::value() const {
     if (shapes_ == 0) return std::numeric_limits<double>::quiet_NaN();
-    return 1000 * std::sqrt(squares_ / coordinates_);
+    return root_mean_square_1000(squares_, coordinates_);
 }
 
 double relative_squared_error(std::span<const float> truth, std::span<const float> result) {
