@@ -70,7 +70,7 @@ std::vector<double> cosines(std::span<const std::span<const float>> rows) {
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
         const auto k = static_cast<std::size_t>(index);
         for (std::size_t l = 0; l < count; ++l) {
-            if (l == k && !std::isnan(norms[k])) continue;
+            if (l == k && std::isfinite(norms[k])) continue;
             const double size = norms[k] * norms[l];
             result[k * count + l] = size == 0 ? 0 : dot(rows[k], rows[l]) / size;
         }

@@ -141,6 +141,12 @@ TEST(ComponentStatistics, TakeComponentsThatAreZeroOrNotFinite) {
     EXPECT_TRUE(std::isnan(broken.cosine[4]));
     EXPECT_TRUE(std::isnan(broken.cosine_mean));
     EXPECT_TRUE(std::isnan(broken.cosine_max));
+    // Also where the pairs that follow are numbers.
+    rows[1] = kRows[1];
+    rows[0][1] = rows[2][0] * std::numeric_limits<float>::infinity();
+    const ComponentStatistics infinite = statistics_of(rows, kCenters);
+    EXPECT_TRUE(std::isnan(infinite.cosine_max));
+    EXPECT_TRUE(std::isnan(infinite.cosine[0]));
 }
 
 TEST(ComponentStatistics, OfOneOrNoComponentHaveNoOverlap) {

@@ -100,6 +100,8 @@ TEST(UnitBallScale, OfNoBallIsNaN) {
     EXPECT_TRUE(std::isnan(unit_ball_scale({})));
     EXPECT_TRUE(std::isnan(unit_ball_scale({{1, 2, 3}, {1, 2, 3}})));
     EXPECT_TRUE(std::isnan(unit_ball_scale({{1, 2, 3}, {1, infinity, 3}, {0, 0, 0}})));
+    // The square of its radius is more than a double can hold.
+    EXPECT_TRUE(std::isnan(unit_ball_scale({{1e200, 2, 3}, {-1e200, 2, 3}})));
     EXPECT_TRUE(std::isnan(unit_ball_scale({{1, std::nan(""), 3}, {1, 4, 3}})));
 }
 

@@ -53,13 +53,18 @@ TEST(CorrelationTable, DoesNotSeeSignScaleOrOffset) {
 }
 
 TEST(CorrelationTable, OfConstantOrBrokenColumnsIsZero) {
-    // 0.1 has no exact mean: rounding must not make it vary.
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const std::vector<double> codes{0.1, 0, 0.1, nan, 0.1, 2};
-    const UnitMatches matches = correlation_table(codes, std::vector<double>{0, 1, 2}, 3);
+    std::vector<double> codes, weights;
+    for (int shape = 0; shape < 10; ++shape) {
+        // The mean of ten times 0.1 is not 0.1: rounding must not make it vary.
+        codes.insert(codes.end(), {0.1, shape == 3 ? nan : shape});
+        weights.push_back(shape);
+    }
+    const UnitMatches matches = correlation_table(codes, weights, 10);
     EXPECT_EQ(matches.at(0, 0), 0);
     EXPECT_EQ(matches.at(1, 0), 0);
     EXPECT_EQ(matches.matched, 0);
+    EXPECT_EQ(correlation_table(codes, codes, 10).at(0, 0), 0);
     EXPECT_EQ(correlation_table({}, std::vector<double>{0, 1, 2}, 3).best[0].code, -1);
 }
 

@@ -122,6 +122,7 @@ TEST(ErrorSheet, TakesResultsThatAreNotFinite) {
     EXPECT_EQ(largest_distance(std::vector{broken}), 0);
     ComparedShape odd = dented(0.2);
     odd.distance[3] = kNaN;
+    odd.distance[4] = std::numeric_limits<double>::infinity();
     EXPECT_EQ(largest_distance(std::vector{odd}), 0.2);
     EXPECT_NO_THROW(sheet_of({odd}));
 }
