@@ -89,4 +89,16 @@ std::vector<Point> AnchoredSystem::solve(const std::vector<Point>& right_hand_si
     return result;
 }
 
+void AnchoredSystem::solve(std::vector<Lanes<8>>& rows, std::vector<Lanes<8>>& work,
+                           std::vector<Lanes<8>>& scratch) const {
+    work.resize(static_cast<std::size_t>(unknown_count_));
+    for (std::size_t i = 0; i < unknown_.size(); ++i) {
+        if (unknown_[i] >= 0) work[static_cast<std::size_t>(unknown_[i])] = rows[i];
+    }
+    if (factor_) factor_->solve(work, scratch);
+    for (std::size_t i = 0; i < unknown_.size(); ++i) {
+        rows[i] = unknown_[i] < 0 ? Lanes<8>{} : work[static_cast<std::size_t>(unknown_[i])];
+    }
+}
+
 }  // namespace mscomp

@@ -36,6 +36,10 @@ class AnchoredSystem {
 
     /// (V) solution of three right-hand sides (V), 0 at the anchors whatever stands there.
     std::vector<Point> solve(const std::vector<Point>& right_hand_sides) const;
+    /// The same in place for eight right-hand sides (V) side by side; `work` and `scratch` are
+    /// overwritten.
+    void solve(std::vector<Lanes<8>>& rows, std::vector<Lanes<8>>& work,
+               std::vector<Lanes<8>>& scratch) const;
 
   private:
     std::vector<int> unknown_;  // (V) row of the system, -1 for the anchors

@@ -13,6 +13,7 @@
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
 #include "placement.h"
+#include "position_derivatives.h"
 #include "quasi_newton.h"
 #include "rotation.h"
 #include "tangential_solve.h"
@@ -174,6 +175,15 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
     result.energy = relative_energy(found.value, wanted);
     state.placement.apply(like, result.vertices);
     return result;
+}
+
+void LosslessReconstruction::derivatives(std::span<const float> features,
+                                         std::span<const FeatureDirection> directions,
+                                         std::span<double> result) const {
+    const LinearPositions positions{state_->equations.gradients().rings(),
+                                    state_->tangential.pulls(), state_->tangential.system(),
+                                    state_->placement};
+    position_derivatives(positions, features, directions, result);
 }
 
 ReconstructedShape LosslessReconstruction::solve_by_ceres(std::span<const float> features,

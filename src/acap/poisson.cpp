@@ -3,6 +3,7 @@
 #include "edge_weights.h"
 #include "mscomp/acap/reconstruct.h"
 #include "placement.h"
+#include "position_derivatives.h"
 #include "rotation.h"
 
 namespace mscomp {
@@ -14,6 +15,20 @@ MatrixEntries laplacian(const OneRings& rings, const std::vector<double>& weight
     return entries;
 }
 
+/// What T_v adds to the right-hand side of its neighbour j: ½ c_vj (p_j - p_v).
+std::vector<Eigen::Vector3d> pulls_of(const OneRings& rings, const std::vector<double>& weights,
+                                      const std::vector<Point>& reference) {
+    std::vector<Eigen::Vector3d> pulls(weights.size());
+    for (std::size_t v = 0; v < reference.size(); ++v) {
+        for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            const auto j = static_cast<std::size_t>(rings.neighbors[k]);
+            pulls[k] = 0.5 * weights[k] * (as_vector(reference[j]) - as_vector(reference[v]));
+        }
+    }
+    return pulls;
+}
+
 }  // namespace
 
 struct PoissonReconstruction::State {
@@ -21,6 +36,7 @@ struct PoissonReconstruction::State {
         : rings(one_rings_of_faces(mesh.vertex_count(), mesh.faces)),
           weights(edge_weights(mesh, rings, kind).weights),
           reference(mesh.vertices),
+          pulls(pulls_of(rings, weights, reference)),
           placement(rings, reference),
           system(laplacian(rings, weights), mesh.vertex_count(), placement.first_vertices(),
                  "the Laplacian of the reference") {}
@@ -30,6 +46,7 @@ struct PoissonReconstruction::State {
     OneRings rings;
     std::vector<double> weights;  // beside rings.neighbors
     std::vector<Point> reference;
+    std::vector<Eigen::Vector3d> pulls;  // likewise
     Placement placement;
     AnchoredSystem system;
 };
@@ -67,6 +84,14 @@ std::vector<Point> PoissonReconstruction::solve(std::span<const float> features,
     std::vector<Point> result = state_->system.solve(state_->right_hand_sides(gradients));
     state_->placement.apply(like, result);
     return result;
+}
+
+void PoissonReconstruction::derivatives(std::span<const float> features,
+                                        std::span<const FeatureDirection> directions,
+                                        std::span<double> result) const {
+    const LinearPositions positions{state_->rings, state_->pulls, state_->system,
+                                    state_->placement};
+    position_derivatives(positions, features, directions, result);
 }
 
 }  // namespace mscomp

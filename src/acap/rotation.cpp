@@ -19,6 +19,21 @@ Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& rotation_vector) {
     return Eigen::Quaterniond(std::cos(half), v.x(), v.y(), v.z()).toRotationMatrix();
 }
 
+Eigen::Matrix3d rotation_left_jacobian(const Eigen::Vector3d& rotation_vector) {
+    // J_l = I + (1 - cos t)/t² [r]x + (t - sin t)/t³ [r]x²: the second quotient cancels near 0.
+    const double square = rotation_vector.squaredNorm(), angle = std::sqrt(square);
+    const double half = 0.5 * angle;
+    const double half_sinc = half > 1e-8 ? std::sin(half) / half : 1.0;
+    const double second =
+        angle > 0.1 ? (angle - std::sin(angle)) / (square * angle)
+                    : 1.0 / 6 - square * (1.0 / 120 - square * (1.0 / 5040 - square / 362880));
+    const Eigen::Vector3d& r = rotation_vector;
+    Eigen::Matrix3d cross;
+    cross << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+    return Eigen::Matrix3d::Identity() + 0.5 * half_sinc * half_sinc * cross +
+           second * cross * cross;
+}
+
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation) {
     Eigen::Quaterniond q(rotation);
     q.normalize();

@@ -12,6 +12,10 @@ namespace mscomp {
 /// length.
 Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& rotation_vector);
 
+/// Left Jacobian of the exponential at r: exp(r + dr) = exp(J_l(r) dr) exp(r) to first order in dr.
+/// Accurate near r = 0 and of any length.
+Eigen::Matrix3d rotation_left_jacobian(const Eigen::Vector3d& rotation_vector);
+
 /// Principal logarithm of a proper rotation, length in [0, π], through the unit quaternion, hence
 /// accurate near 0 and near π; at π the sign of the axis is arbitrary.
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);

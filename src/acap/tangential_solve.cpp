@@ -23,6 +23,24 @@ std::vector<Eigen::Vector3d> tangential_factors(const FeatureEquations& equation
     return factors;
 }
 
+std::vector<Eigen::Vector3d> pulls_of(const FeatureEquations& equations,
+                                      const std::vector<Eigen::Vector3d>& factors) {
+    const OneRings& rings = equations.gradients().rings();
+    const std::size_t count = equations.tangential().size();
+    // M_v^½ P_v (V).
+    std::vector<Eigen::Matrix3d> roots =
+        equations.wanted(std::vector<Eigen::Matrix3d>(count, Eigen::Matrix3d::Identity()));
+    std::vector<Eigen::Vector3d> pulls(factors.size());
+    for (std::size_t v = 0; v < count; ++v) {
+        roots[v] *= equations.tangential()[v];
+        for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
+            const auto k = static_cast<std::size_t>(at);
+            pulls[k] = roots[v] * factors[k];
+        }
+    }
+    return pulls;
+}
+
 MatrixEntries matrix_of(const FeatureEquations& equations,
                         const std::vector<Eigen::Vector3d>& factors) {
     MatrixEntries entries;
@@ -37,6 +55,7 @@ MatrixEntries matrix_of(const FeatureEquations& equations,
 TangentialSolve::TangentialSolve(const FeatureEquations& equations, const std::vector<int>& anchors)
     : equations_(equations),
       factors_(tangential_factors(equations)),
+      pulls_(pulls_of(equations, factors_)),
       system_(matrix_of(equations, factors_), equations.gradients().rings().vertex_count(), anchors,
               "the matrix of the lossless reconstruction") {}
 

@@ -23,6 +23,9 @@ class TangentialSolve {
     double residual(const std::vector<Eigen::Matrix3d>& wanted,
                     const std::vector<Point>& shape) const;
 
+    /// What T_v adds to the right-hand side of its neighbour j: T_v M_v^½ P_v P_v g_vj.
+    const std::vector<Eigen::Vector3d>& pulls() const { return pulls_; }
+
     /// Has nearly the pattern of all systems on two rings.
     const AnchoredSystem& system() const { return system_; }
 
@@ -34,6 +37,7 @@ class TangentialSolve {
 
     const FeatureEquations& equations_;
     std::vector<Eigen::Vector3d> factors_;  // P_i g_ij beside the rings' neighbours
+    std::vector<Eigen::Vector3d> pulls_;    // likewise
     AnchoredSystem system_;
 };
 

@@ -32,6 +32,12 @@ struct Handle {
     double weight = std::numeric_limits<double>::infinity();
 };
 
+/// A direction in feature space: zero at all vertices but these. Borrows both.
+struct FeatureDirection {
+    std::span<const int> vertices;
+    std::span<const float> values;  // (vertices,9)
+};
+
 /// Positions from features by the Poisson equation of method §2 (the papers' layer F): the
 /// Laplacian of the reference, anchored once per connected component and factorised once, three
 /// right-hand sides a shape. Approximate: the features of a mesh give back that mesh only nearly.
@@ -47,6 +53,11 @@ class PoissonReconstruction {
     /// features, MeshError for another V. Safe to call from several threads.
     std::vector<Point> solve(std::span<const float> features,
                              std::span<const Point> like = {}) const;
+    /// Overwrites `result` (directions,V,3) with the derivatives of solve() at `features` along
+    /// `directions`; the centroid of every component stays. The same bits for any number of
+    /// threads. Errors and threads as solve().
+    void derivatives(std::span<const float> features, std::span<const FeatureDirection> directions,
+                     std::span<double> result) const;
 
   private:
     struct State;
@@ -69,6 +80,11 @@ class LosslessReconstruction {
     /// once. Arguments, errors and threads as PoissonReconstruction::solve.
     ReconstructedShape solve(std::span<const float> features,
                              std::span<const Point> like = {}) const;
+
+    /// As PoissonReconstruction::derivatives, for the linear part of solve(): exact where a mesh
+    /// has the features and the direction leads to features of meshes, near elsewhere.
+    void derivatives(std::span<const float> features, std::span<const FeatureDirection> directions,
+                     std::span<double> result) const;
 
     /// The same minimum by Ceres (Levenberg-Marquardt), with handles. Components that have a handle
     /// stay where their handles put them. Throws UsageError for handles that are no vertex
