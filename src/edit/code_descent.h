@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "code_positions.h"
+#include "mscomp/edit/vertex_fit.h"
+
+namespace mscomp {
+
+/// |R F(Dec(z)) - P|² scale² / 3V + prior² Σ_k stiffness_k (z_k - start_k)² / K, both F and P with
+/// the centroid of every connected component at 0, R the best rotation.
+struct CodeObjective {
+    CodePositions codes;
+    std::vector<int> component;  // (V)
+    double scale = 1;            // makes the reference fit the unit ball
+    Eigen::VectorXd stiffness;   // (K) 1 / deviation²
+    VertexFitOptions options;
+};
+
+/// Levenberg-Marquardt steps from `start` (K) towards `truth` (V), both finite. Throws
+/// NumericalError if the start decodes to features that are not finite.
+FittedShape descend(const CodeObjective& objective, std::span<const Point> truth,
+                    std::span<const float> start);
+
+}  // namespace mscomp

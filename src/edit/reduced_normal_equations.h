@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "mscomp/base/mesh_data.h"
+
+namespace mscomp {
+
+/// Normal equations of min over dz, w, t of |J dz + w x p + t + r|² with the rigid motion (w, t)
+/// eliminated: H dz = -g.
+struct NormalEquations {
+    Eigen::MatrixXd H;  // (K,K) symmetric
+    Eigen::VectorXd g;  // (K) Jᵀ r
+};
+
+/// `derivatives` is J (K,V,3), `residuals` r (V) at the `positions` p (V) that fit best among all
+/// rigid motions of them.
+NormalEquations reduced_normal_equations(std::span<const double> derivatives,
+                                         const std::vector<Point>& positions,
+                                         const std::vector<Point>& residuals);
+
+}  // namespace mscomp

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/edit/vertex_fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "code_descent.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
+
+namespace mscomp {
+namespace {
+
+Eigen::Map<const Eigen::Vector3d> vec(const Point& point) {
+    return Eigen::Map<const Eigen::Vector3d>(point.data());
+}
+
+/// 1 / largest distance from the centroid; 1 for a reference without size.
+double unit_ball_scale(const std::vector<Point>& points) {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const Point& point : points) center += vec(point);
+    center /= static_cast<double>(points.size());
+    double farthest = 0;
+    for (const Point& point : points) farthest = std::max(farthest, (vec(point) - center).norm());
+    return farthest > 0 ? 1 / farthest : 1;
+}
+
+bool all_finite(std::span<const float> values) {
+    return std::ranges::all_of(values, [](float x) { return std::isfinite(x); });
+}
+
+/// Inverse squares of the deviations, none of which counts as less than their root mean square:
+/// what hardly moved in a few training shapes may be what another shape needs.
+Eigen::VectorXd stiffnesses(const std::vector<float>& deviations, int count) {
+    double least = 0;
+    for (const float s : deviations) least += static_cast<double>(s) * static_cast<double>(s);
+    least = least > 0 ? std::sqrt(least / static_cast<double>(deviations.size())) : 1;
+    Eigen::VectorXd result = Eigen::VectorXd::Constant(count, 1 / (least * least));
+    for (std::size_t k = 0; k < deviations.size(); ++k) {
+        const double s = std::max(static_cast<double>(deviations[k]), least);
+        result[static_cast<Eigen::Index>(k)] = 1 / (s * s);
+    }
+    return result;
+}
+
+}  // namespace
+
+VertexSolver parse_vertex_solver(const std::string& name) {
+    if (name == "poisson") return VertexSolver::poisson;
+    if (name == "lossless") return VertexSolver::lossless;
+    throw UsageError(fmt::format("vertex solver '{}': wanted poisson or lossless", name));
+}
+
+std::string to_string(VertexSolver solver) {
+    return solver == VertexSolver::poisson ? "poisson" : "lossless";
+}
+
+struct VertexFit::State {
+    CodeObjective objective;
+
+    const CodePositions& codes() const { return objective.codes; }
+};
+
+VertexFit::VertexFit(const nn::CodeDecoder& decoder, const FeatureScaler& scaler,
+                     const TriangleMesh& reference, EdgeWeights weights,
+                     const VertexFitOptions& options) {
+    const auto codes = static_cast<std::size_t>(decoder.code_count());
+    if (decoder.vertex_count() != reference.vertex_count()) {
+        throw UsageError(fmt::format("a decoder of {} vertices, wanted the {} of the reference",
+                                     decoder.vertex_count(), reference.vertex_count()));
+    }
+    if (!options.code_deviations.empty() && options.code_deviations.size() != codes) {
+        throw UsageError(fmt::format("deviations of {} codes, wanted {}",
+                                     options.code_deviations.size(), codes));
+    }
+    state_ = std::make_unique<State>(
+        State{{CodePositions(decoder, scaler, reference, weights, options.solver),
+               connected_components(one_rings_of_faces(reference.vertex_count(), reference.faces)),
+               unit_ball_scale(reference.vertices),
+               stiffnesses(options.code_deviations, decoder.code_count()), options}});
+}
+VertexFit::VertexFit(VertexFit&&) noexcept = default;
+VertexFit& VertexFit::operator=(VertexFit&&) noexcept = default;
+VertexFit::~VertexFit() = default;
+
+FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> start) const {
+    if (truth.size() != static_cast<std::size_t>(state_->codes().vertex_count())) {
+        throw MeshError(fmt::format("a shape of {} vertices to fit, wanted {}", truth.size(),
+                                    static_cast<std::size_t>(state_->codes().vertex_count())));
+    }
+    if (static_cast<int>(start.size()) != state_->codes().code_count()) {
+        throw UsageError(fmt::format("{} codes to start from, wanted {}", start.size(),
+                                     state_->codes().code_count()));
+    }
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        if (vec(truth[i]).allFinite()) continue;
+        throw NumericalError(fmt::format("vertex {} of the shape to fit is not finite", i));
+    }
+    if (!all_finite(start)) throw NumericalError("a code to start from is not finite");
+    return descend(state_->objective, truth, start);
+}
+
+std::vector<FittedShape> VertexFit::fit(std::span<const std::vector<Point>> truths,
+                                        std::span<const float> starts) const {
+    const auto count = static_cast<std::size_t>(state_->codes().code_count());
+    if (starts.size() != truths.size() * count) {
+        throw UsageError(fmt::format("{} codes to start from, wanted {} x {}", starts.size(),
+                                     truths.size(), count));
+    }
+    std::vector<FittedShape> result(truths.size());
+    parallel_for(static_cast<std::int64_t>(truths.size()), [&](std::int64_t n) {
+        const auto shape = static_cast<std::size_t>(n);
+        result[shape] = fit(truths[shape], starts.subspan(shape * count, count));
+    });
+    return result;
+}
+
+std::vector<Point> VertexFit::positions(std::span<const float> codes,
+                                        std::span<const Point> like) const {
+    return state_->codes().positions(state_->codes().features(codes), like);
+}
+
+std::vector<double> VertexFit::derivatives(std::span<const float> codes) const {
+    return state_->codes().derivatives(codes, state_->codes().features(codes));
+}
+
+}  // namespace mscomp
