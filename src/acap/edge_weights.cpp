@@ -84,4 +84,9 @@ EdgeWeightTable edge_weights(const TriangleMesh& reference, const OneRings& ring
     return table;
 }
 
+std::vector<double> ring_weights(const TriangleMesh& reference, EdgeWeights weights) {
+    const OneRings rings = one_rings_of_faces(reference.vertex_count(), reference.faces);
+    return edge_weights(reference, rings, weights).weights;
+}
+
 }  // namespace mscomp

@@ -11,6 +11,7 @@
 
 #include "config_values.h"
 #include "mscomp/cli/nearest_name.h"
+#include "mscomp/nn/kinds.h"
 
 namespace mscomp {
 namespace {
@@ -91,7 +92,32 @@ YAML::Node load_single(std::string yaml, const std::string& path, const std::str
     }
 }
 
+/// What `node` names as model.kind, if it is a known kind.
+std::optional<std::string> known_kind(const YAML::Node& model) {
+    if (!model.IsMap() || !model["kind"] || !model["kind"].IsScalar()) return {};
+    const std::string kind = model["kind"].Scalar();
+    const std::vector<std::string> kinds = nn::model_kinds();
+    return std::ranges::find(kinds, kind) != kinds.end() ? std::optional(kind) : std::nullopt;
+}
+
 }  // namespace
+
+std::string kind_in(std::string_view yaml, const std::string& path,
+                    const std::vector<std::string>& overrides) {
+    const YAML::Node root = load_single(std::string(yaml), path, "YAML");
+    std::string kind = nn::model_kinds().front();
+    if (root.IsMap() && root["model"]) kind = known_kind(root["model"]).value_or(kind);
+    for (const std::string& text : overrides) {
+        YAML::Node model;
+        if (text.starts_with("model.kind=")) {
+            model["kind"] = text.substr(text.find('=') + 1);
+        } else if (text.starts_with("model=")) {
+            model = load_single(text.substr(text.find('=') + 1), "--set " + text, "model");
+        }
+        kind = known_kind(model).value_or(kind);
+    }
+    return kind;
+}
 
 void ConfigReader::read_document(std::string_view yaml, const std::string& path) {
     path_ = path;
@@ -219,6 +245,16 @@ Key ConfigReader::find(std::string_view dotted) const {
 void ConfigReader::fail_unknown(FilePosition where, const std::string& dotted) const {
     std::vector<std::string> keys;
     list_keys(table_, "", keys);
+    for (const std::string& kind : nn::model_kinds()) {
+        nn::Config other = nn::default_config(kind);
+        std::vector<std::string> others;
+        list_keys(config_table(other), "", others);
+        if (std::ranges::find(others, dotted) == others.end()) continue;
+        throw ConfigError(
+            std::move(where), dotted,
+            fmt::format("a key of the kind {}; this is a configuration of the kind {}", kind,
+                        config_.kind));
+    }
     throw ConfigError(
         std::move(where), dotted,
         fmt::format("unknown key; the nearest known key is {}", nearest_key(dotted, keys)));

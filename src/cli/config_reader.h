@@ -6,11 +6,17 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config_table.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
+
+/// The model kind that a document with `overrides` asks for; the first kind where it names none or
+/// one that is not known, which reading then says. Throws ConfigError for broken YAML.
+std::string kind_in(std::string_view yaml, const std::string& path,
+                    const std::vector<std::string>& overrides);
 
 /// Fills a configuration from YAML, key by key of the table, and remembers where each one stood.
 class ConfigReader {

@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
-#include "mscomp/cli/config_file.h"
+#include "mscomp/nn/kinds.h"
 
 namespace mscomp {
 namespace {
@@ -34,7 +35,7 @@ Choice choice(Enum& value, std::vector<std::pair<Enum, std::string>> values) {
 
 Choice kind_choice(std::string& kind) {
     std::vector<std::pair<std::string, std::string>> kinds;
-    for (const std::string& name : model_kinds()) kinds.emplace_back(name, name);
+    for (const std::string& name : nn::model_kinds()) kinds.emplace_back(name, name);
     return choice(kind, std::move(kinds));
 }
 
@@ -42,12 +43,10 @@ Choice activation_choice(nn::Activation& activation) {
     return choice(activation, {{nn::Activation::none, "none"}, {nn::Activation::tanh, "tanh"}});
 }
 
-Table model_table(nn::ModelConfig& model) {
+/// Readings of the papers that a model of stacked autoencoders, one level or more, can take.
+Table reading_keys(nn::StackedConfig& model) {
     using nn::Tied;
     return {
-        {"kind", kind_choice(model.kind), {}, "what is trained"},
-        {"attention", &model.attention, {}, "false: one child that sees the whole residual"},
-        {"joint", &model.joint, {}, "false: levels are trained separately"},
         {"tied",
          choice(model.tied,
                 {{Tied::transpose, "transpose"}, {Tied::same, "same"}, {Tied::none, "none"}}),
@@ -58,19 +57,110 @@ Table model_table(nn::ModelConfig& model) {
          activation_choice(model.decoder_fc_activation),
          {},
          "on what the codes decode to"},
-        {"mask_power", &model.mask_power, kPositive, "attention masks ~ a^p; the paper: 1"},
-        {"mask_epsilon", &model.mask_epsilon, kPositive, "keeps masks defined where nothing acts"},
-        {"levels", &model.levels, {}, "coarse to fine; each has a child per component above"},
     };
 }
 
-Table loss_table(nn::LossConfig& loss) {
+void append(Table& table, Table more) { std::ranges::move(more, std::back_inserter(table)); }
+
+Table stacked_keys(nn::StackedConfig& model) {
+    Table table{
+        {"attention", &model.attention, {}, "false: one child that sees the whole residual"},
+        {"joint", &model.joint, {}, "false: levels are trained separately"},
+    };
+    append(table, reading_keys(model));
+    append(
+        table,
+        {{"mask_power", &model.mask_power, kPositive, "attention masks ~ a^p; the paper: 1"},
+         {"mask_epsilon", &model.mask_epsilon, kPositive, "keeps masks defined where nothing acts"},
+         {"levels", &model.levels, {}, "coarse to fine; each has a child per component above"}});
+    return table;
+}
+
+Table autoencoder_keys(nn::StackedConfig& model) {
+    Table table = level_table(model.levels.front());
+    append(table, reading_keys(model));
+    return table;
+}
+
+Table spectral_keys(nn::SpectralConfig& model) {
+    using namespace nn;
+    return {
+        {"components", &model.components, kAtLeastOne, "latent dimension"},
+        {"filter_order", &model.filter_order, Bounds{1, 16}, "of the Chebyshev convolutions"},
+        {"conv_channels", &model.conv_channels, kAtLeastOne,
+         "per vertex behind the convolution; other than 9: a decoder of its own"},
+        {"tied", &model.tied, {}, "true: the decoder filters as the encoder does"},
+        {"adjacency",
+         choice(model.adjacency,
+                {{Adjacency::binary, "binary"}, {Adjacency::cotangent, "cotangent"}}),
+         {},
+         "weights of the edges"},
+        {"lambda_max",
+         choice(model.lambda_max, {{LambdaMax::two, "two"}, {LambdaMax::exact, "exact"}}),
+         {},
+         "largest eigenvalue: its bound 2, or computed"},
+        {"sigma",
+         choice(model.spread, {{Spread::log_variance, "log_variance"}, {Spread::linear, "linear"}}),
+         {},
+         "what the second projection is; linear: as printed"},
+        {"kl_epsilon", &model.kl_epsilon, kNotNegative, "inside the logarithm of a linear sigma"},
+        {"straight_through",
+         choice(model.straight_through,
+                {{StraightThrough::outside, "outside"}, {StraightThrough::identity, "identity"}}),
+         {},
+         "where learned ranges have a slope"},
+        {"range_penalty",
+         choice(model.range_term, {{RangeTerm::sum, "sum"}, {RangeTerm::l2, "l2"}}),
+         {},
+         "of the learned ranges; l2: as printed"},
+        {"initial_range", &model.initial_range, kUnitRange, "geodesic radius, diameter = 1"},
+    };
+}
+
+Table model_table(nn::Config& config) {
+    Table table{{"kind", kind_choice(config.kind), {}, "what is trained"}};
+    append(table, config.kind == "spectral-vae"  ? spectral_keys(config.spectral)
+                  : config.kind == "autoencoder" ? autoencoder_keys(config.stacked)
+                                                 : stacked_keys(config.stacked));
+    return table;
+}
+
+Table stacked_loss_table(nn::LossConfig& loss) {
     return {
         {"reconstruction", &loss.reconstruction, kNotNegative, "squared feature error"},
         {"sparsity", &loss.sparsity, kNotNegative, "group sparsity outside the sparsity range"},
         {"range", &loss.range, kNotNegative, "keeps codes within the limit below"},
         {"range_limit", &loss.range_limit, kNotNegative, "codes above it are penalised"},
     };
+}
+
+Table spectral_loss_table(nn::SpectralLossConfig& loss) {
+    return {
+        {"reconstruction", &loss.reconstruction, kNotNegative, "squared feature error"},
+        {"kl", &loss.kl, kNotNegative, "divergence of the codes from the normal distribution"},
+        {"sparsity", &loss.sparsity, kNotNegative, "group sparsity outside the sparsity ranges"},
+        {"range", &loss.range, kNotNegative, "keeps codes within the limit below"},
+        {"sparsity_range", &loss.sparsity_range, kNotNegative, "keeps the learned ranges small"},
+        {"range_limit", &loss.range_limit, kNotNegative, "codes above it are penalised"},
+    };
+}
+
+Table loss_table(nn::Config& config) {
+    return config.kind == "spectral-vae" ? spectral_loss_table(config.spectral_loss)
+                                         : stacked_loss_table(config.loss);
+}
+
+std::string loss_comment(const nn::Config& config) {
+    if (config.kind == "spectral-vae") return "Weights of the loss.";
+    if (config.kind == "autoencoder") return "Weights of the loss. The paper prints 1, 0.5, 0.5.";
+    return "Weights of every autoencoder's loss. The paper prints 10, 1, 1: its components stay "
+           "global.";
+}
+
+std::string model_comment(const nn::Config& config) {
+    if (config.kind == "spectral-vae") return "Spectral variational autoencoder.";
+    if (config.kind == "autoencoder") return "One localised autoencoder.";
+    return "Stacked attention autoencoders.";
 }
 
 Table split_table(nn::SplitConfig& split) {
@@ -179,16 +269,10 @@ struct Wanted {
 
 }  // namespace
 
-std::vector<std::string> model_kinds() { return {"stacked-attention"}; }
-
 Table config_table(nn::Config& config) {
     return {
-        {"model", model_table(config.model), {}, "Stacked attention autoencoders."},
-        {"loss",
-         loss_table(config.loss),
-         {},
-         "Weights of every autoencoder's loss. The paper prints 10, 1, 1: its components stay "
-         "global."},
+        {"model", model_table(config), {}, model_comment(config)},
+        {"loss", loss_table(config), {}, loss_comment(config)},
         {"data", data_table(config.data), {}, "What it is trained on."},
         {"train", train_table(config.train), {}, "How it is trained."},
         {"filter",

@@ -48,7 +48,8 @@ struct Key {
     bool required = false;  // in every new entry of the list it stands in
 };
 
-/// Every key of the configuration, bound to the fields of `config`, which must outlive the table.
+/// Every key that a configuration of config.kind has, bound to the fields of `config`, which must
+/// outlive the table and keep its kind.
 Table config_table(nn::Config& config);
 /// The keys of one entry of model.levels.
 Table level_table(nn::LevelConfig& level);

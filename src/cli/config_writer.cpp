@@ -117,7 +117,7 @@ std::string write_config(const nn::Config& config, bool with_comments) {
     ConfigWriter writer(with_comments);
     writer.remark("",
                   "Configuration of mscomp train. Everything but data.features may be left out;");
-    writer.remark("", "the defaults are what `mscomp init " + config.model.kind + "` prints.");
+    writer.remark("", "the defaults are what `mscomp init " + config.kind + "` prints.");
     writer.write(config_table(copy), "");
     return writer.text();
 }

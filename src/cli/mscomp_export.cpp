@@ -132,7 +132,7 @@ std::string scale_name(std::size_t level, std::size_t levels) {
 
 std::vector<std::string> level_headings(const std::vector<nn::Component>& components,
                                         const TrainedRun& run) {
-    const std::size_t levels = run.model->levels().size();
+    const std::size_t levels = run.model->level_sizes().size();
     std::vector<std::string> headings;
     for (std::size_t l = 0; l < levels; ++l) {
         headings.push_back(fmt::format(
@@ -231,7 +231,7 @@ void run_export(const ExportOptions& options) {
         progress.update(static_cast<std::int64_t>(list.size()));
     }
     nlohmann::ordered_json report{{"run", options.run},
-                                  {"kind", run.config.model.kind},
+                                  {"kind", run.config.kind},
                                   {"vertices", vertices},
                                   {"kept", kept},
                                   {"components", list}};

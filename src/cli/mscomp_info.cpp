@@ -30,19 +30,18 @@ void run_run_info(const RunInfoOptions& options) {
     const std::vector<nn::Component> components = run.components();
     const int vertices = context.reference.vertex_count();
     nlohmann::ordered_json levels = nlohmann::ordered_json::array();
-    for (int l = 0; l < static_cast<int>(run.model->levels().size()); ++l) {
+    const std::vector<nn::LevelSize> sizes = run.model->level_sizes();
+    for (int l = 0; l < static_cast<int>(sizes.size()); ++l) {
         const auto kept = std::ranges::count_if(
             components, [l](const nn::Component& c) { return c.level == l && c.kept; });
-        const auto& level = run.model->levels()[static_cast<std::size_t>(l)];
+        const nn::LevelSize& level = sizes[static_cast<std::size_t>(l)];
         levels.push_back({{"autoencoders", level.autoencoders},
-                          {"components", level.autoencoders * level.components},
+                          {"components", level.codes()},
                           {"kept", kept},
-                          {"sparsity_range",
-                           run.config.model.levels[static_cast<std::size_t>(l)].sparsity_range},
                           {"support_mean", nn::mean_support(components, l, vertices)}});
     }
     const nlohmann::ordered_json report{{"run", options.run},
-                                        {"kind", run.config.model.kind},
+                                        {"kind", run.config.kind},
                                         {"source", context.source},
                                         {"vertices", vertices},
                                         {"faces", context.reference.face_count()},
@@ -59,9 +58,9 @@ void run_run_info(const RunInfoOptions& options) {
         fmt::print("{}\n", report.dump(2));
         return;
     }
-    fmt::print("{}: {}, {} of {} epochs, {} steps, loss {:.6g}\n", options.run,
-               run.config.model.kind, run.file.state().epoch, run.config.train.epochs,
-               run.file.state().step, run.file.state().total);
+    fmt::print("{}: {}, {} of {} epochs, {} steps, loss {:.6g}\n", options.run, run.config.kind,
+               run.file.state().epoch, run.config.train.epochs, run.file.state().step,
+               run.file.state().total);
     fmt::print("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
                context.train_shapes.size(),
                context.train_shapes.size() + context.test_shapes.size(), context.source, vertices,

@@ -7,6 +7,7 @@
 
 #include "mscomp/cli/config_file.h"
 #include "mscomp/cli/program.h"
+#include "mscomp/nn/kinds.h"
 #include "mscomp_commands.h"
 
 namespace mscomp {
@@ -16,7 +17,7 @@ void setup_init(CLI::App& app) {
     CLI::App* command = app.add_subcommand("init", "Print the commented defaults of a model kind");
     command
         ->add_option("KIND", options->kind,
-                     fmt::format("Model kind: {}", fmt::join(model_kinds(), ", ")))
+                     fmt::format("Model kind: {}", fmt::join(nn::model_kinds(), ", ")))
         ->required();
     set_example(*command, "mscomp init stacked-attention > config.yaml");
     command->callback([options] { run_init(*options); });

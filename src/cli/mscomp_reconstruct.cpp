@@ -141,7 +141,7 @@ void setup_decode(CLI::App& app) {
 void run_decode(const DecodeOptions& options) {
     require_free_folder(options.output, options.common.force);
     TrainedRun run = open_run(options.run, kBatch);
-    const int all_levels = static_cast<int>(run.config.model.levels.size());
+    const int all_levels = static_cast<int>(run.model->level_sizes().size());
     if (options.levels > all_levels) {
         throw UsageError(
             fmt::format("--levels: got {}, the model has {}", options.levels, all_levels));

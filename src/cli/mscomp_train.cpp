@@ -35,7 +35,7 @@ struct TrainingSetup {
     FeatureScaler scaler;
     nn::ModelContext context;
     std::unique_ptr<NormalizedGeodesics> distances;
-    std::unique_ptr<nn::StackedModel<float>> model;
+    std::unique_ptr<nn::Model<float>> model;
 };
 
 std::string run_folder(const TrainOptions& options) {
@@ -107,10 +107,8 @@ TrainingSetup prepare(const nn::Config& config) {
     setup.context.largest_distance_exact = normalizer.exact;
     setup.context.train_shapes = split.train;
     setup.context.test_shapes = split.test;
-    setup.model = std::make_unique<nn::StackedModel<float>>(
-        config.model, config.loss,
-        one_rings_of_faces(outline.vertex_count(), outline.reference.faces), *setup.distances,
-        nn::training_options(config, static_cast<int>(split.train.size())));
+    setup.model = make_model(config, outline.reference, *setup.distances, nn::ModelUse::training,
+                             std::min(config.train.batch, static_cast<int>(split.train.size())));
     return setup;
 }
 
@@ -166,8 +164,7 @@ void train(const TrainOptions& options, const std::string& run, TrainingSetup& s
            nn::Trainer& trainer, LineFile& log) {
     constexpr std::chrono::seconds kLongestUnsaved{120};
     const nn::TrainConfig& plan = setup.config.train;
-    MetricsFile metrics(metrics_path(run), static_cast<int>(setup.config.model.levels.size()),
-                        trainer.state().epoch);
+    MetricsFile metrics(metrics_path(run), setup.model->term_names(), trainer.state().epoch);
     Progress progress("train", plan.epochs,
                       progress_options(options.common.quiet, trainer.state().epoch));
     // From the first moment on the folder holds what belongs together, even if nothing else comes.
@@ -176,7 +173,7 @@ void train(const TrainOptions& options, const std::string& run, TrainingSetup& s
     while (trainer.state().epoch < plan.epochs) {
         const nn::EpochReport report = trainer.run_epoch();
         metrics.append(report);
-        progress.update(report.state.epoch, describe_loss(report));
+        progress.update(report.state.epoch, describe_loss(report, metrics.term_names()));
         const auto now = std::chrono::steady_clock::now();
         const bool is_due = report.state.epoch % plan.checkpoint_every == 0 ||
                             report.state.epoch == plan.epochs || now - saved_at > kLongestUnsaved;

@@ -53,15 +53,18 @@ TrainedRun open_run(const std::string& path, int batch) {
     const TriangleMesh& reference = run.context().reference;
     run.distances = make_distances(
         reference, {run.context().largest_distance, run.context().largest_distance_exact});
-    nn::StackedModel<float>::Options options;
-    options.batch = batch;
-    options.losses = false;
-    options.supports = true;
-    run.model = std::make_unique<nn::StackedModel<float>>(
-        run.config.model, run.config.loss,
-        one_rings_of_faces(reference.vertex_count(), reference.faces), *run.distances, options);
+    run.model = make_model(run.config, reference, *run.distances, nn::ModelUse::reading, batch);
     run.file.load(*run.model);
     return run;
+}
+
+std::unique_ptr<nn::Model<float>> make_model(const nn::Config& config,
+                                             const TriangleMesh& reference, DistanceRows& distances,
+                                             nn::ModelUse use, int batch) {
+    std::vector<double> weights;
+    if (nn::wants_edge_weights(config)) weights = ring_weights(reference, EdgeWeights::cotangent);
+    return nn::make_model(config, one_rings_of_faces(reference.vertex_count(), reference.faces),
+                          weights, distances, use, batch);
 }
 
 std::unique_ptr<NormalizedGeodesics> make_distances(const TriangleMesh& reference,

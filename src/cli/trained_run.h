@@ -10,8 +10,8 @@
 #include "mscomp/geodesic/heat_geodesics.h"
 #include "mscomp/nn/components.h"
 #include "mscomp/nn/config.h"
+#include "mscomp/nn/kinds.h"
 #include "mscomp/nn/model_file.h"
-#include "mscomp/nn/stacked_model.h"
 
 namespace mscomp {
 
@@ -26,7 +26,7 @@ struct TrainedRun {
     nn::ModelFile file;
     nn::Config config;
     std::unique_ptr<NormalizedGeodesics> distances;
-    std::unique_ptr<nn::StackedModel<float>> model;
+    std::unique_ptr<nn::Model<float>> model;
 
     const nn::ModelContext& context() const { return file.context(); }
     FeatureScaler scaler() const;
@@ -36,6 +36,11 @@ struct TrainedRun {
 
 /// Throws IoError (nothing there) or CheckpointError (unusable).
 TrainedRun open_run(const std::string& path, int batch);
+
+/// An untrained model of the configured kind on `reference`.
+std::unique_ptr<nn::Model<float>> make_model(const nn::Config& config,
+                                             const TriangleMesh& reference, DistanceRows& distances,
+                                             nn::ModelUse use, int batch);
 
 /// Geodesics of a reference with the normaliser known or computed.
 std::unique_ptr<NormalizedGeodesics> make_distances(const TriangleMesh& reference,

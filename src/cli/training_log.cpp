@@ -17,12 +17,8 @@
 namespace mscomp {
 namespace {
 
-std::string header(int levels) {
-    std::string text = "epoch,step,total";
-    for (int l = 0; l < levels; ++l) {
-        text += fmt::format(",level{0}_reconstruction,level{0}_sparsity,level{0}_range", l);
-    }
-    return text + ",learning_rate,touched,step_ms";
+std::string header(const std::vector<std::string>& terms) {
+    return fmt::format("epoch,step,total,{},learning_rate,touched,step_ms", fmt::join(terms, ","));
 }
 
 /// Whole rows up to `epoch`; a row cut off by a kill has fewer fields and ends the text.
@@ -61,29 +57,25 @@ void LineFile::sync() {
     if (!was_written || fsync(fileno(file_)) != 0) throw IoError(path_, std::strerror(errno));
 }
 
-MetricsFile::MetricsFile(const std::string& path, int levels, std::int64_t epoch)
-    : file_([&] {
-          write_file(path, kept_rows(path, header(levels), epoch));
+MetricsFile::MetricsFile(const std::string& path, std::vector<std::string> terms,
+                         std::int64_t epoch)
+    : terms_(std::move(terms)), file_([&] {
+          write_file(path, kept_rows(path, header(terms_), epoch));
           return path;
       }()) {}
 
 void MetricsFile::append(const nn::EpochReport& report) {
     std::string row =
         fmt::format("{},{},{:.9g}", report.state.epoch, report.state.step, report.total);
-    for (const nn::AutoencoderTerms& terms : report.terms) {
-        row +=
-            fmt::format(",{:.9g},{:.9g},{:.9g}", terms.reconstruction, terms.sparsity, terms.range);
-    }
+    for (const double term : report.terms) row += fmt::format(",{:.9g}", term);
     file_.append(row + fmt::format(",{:.9g},{:.4g},{:.4g}", report.learning_rate, report.touched,
                                    report.step_ms));
 }
 
-std::string describe_loss(const nn::EpochReport& report) {
-    std::string text = fmt::format("loss {:.4g}", report.total);
-    for (std::size_t l = 0; l < report.terms.size(); ++l) {
-        text += fmt::format("  level {}: reconstruction {:.4g}, sparsity {:.3g}, range {:.3g}", l,
-                            report.terms[l].reconstruction, report.terms[l].sparsity,
-                            report.terms[l].range);
+std::string describe_loss(const nn::EpochReport& report, const std::vector<std::string>& terms) {
+    std::string text = fmt::format("loss {:.4g} ", report.total);
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+        text += fmt::format(" {} {:.3g}", terms[i], report.terms[i]);
     }
     return text +
            fmt::format("  {:.0f} ms/step, {:.0f} % touched", report.step_ms, 100 * report.touched);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "mscomp/nn/trainer.h"
 
@@ -29,21 +30,23 @@ class LineFile {
 };
 
 /// metrics.csv of a run: one row per epoch with the means over its steps.
-/// epoch,step,total,level0_reconstruction,level0_sparsity,level0_range,...,learning_rate,touched,step_ms;
-/// the terms are unweighted sums over the autoencoders of a level.
+/// epoch,step,total,<terms>,learning_rate,touched,step_ms; the terms (level0_reconstruction, ...)
+/// are unweighted, those of a level summed over its autoencoders.
 class MetricsFile {
   public:
     /// Keeps the rows of an earlier part of the run up to `epoch` and drops what came after; epoch
     /// 0 starts anew.
-    MetricsFile(const std::string& path, int levels, std::int64_t epoch);
+    MetricsFile(const std::string& path, std::vector<std::string> terms, std::int64_t epoch);
+    const std::vector<std::string>& term_names() const { return terms_; }
     void append(const nn::EpochReport& report);
     void sync() { file_.sync(); }
 
   private:
+    std::vector<std::string> terms_;
     LineFile file_;
 };
 
-/// "total 12.3  level 0: 4.5 + 0.01 + 0" for the progress line.
-std::string describe_loss(const nn::EpochReport& report);
+/// "loss 12.3  level0_reconstruction 4.5 ..." for the progress line.
+std::string describe_loss(const nn::EpochReport& report, const std::vector<std::string>& terms);
 
 }  // namespace mscomp

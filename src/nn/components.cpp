@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 namespace mscomp::nn {
@@ -21,18 +22,15 @@ double row_norm(std::span<const float> rows, std::int64_t vertex) {
     return std::sqrt(sum);
 }
 
-/// Unscaled features at `code` minus those at `base`.
-std::vector<float> unscaled_difference(StackedModel<float>& model, const Component& component,
-                                       std::vector<float> code, const std::vector<float>& base,
+/// Unscaled features at `codes` minus those whose scaled features are `base`.
+std::vector<float> unscaled_difference(const CodeDecoder& decoder, std::span<const float> codes,
+                                       const std::vector<float>& base,
                                        const std::array<double, kFeatureDim>& factor) {
-    const std::vector<float> from = model.decode(component.level, component.autoencoder, base);
-    std::vector<float> difference = model.decode(component.level, component.autoencoder, code);
+    std::vector<float> difference = decoder.decode(codes);
     for (std::size_t i = 0; i < difference.size(); ++i) {
         const double f = factor[i % kFeatureDim];
-        difference[i] =
-            f != 0 ? static_cast<float>(
-                         (static_cast<double>(difference[i]) - static_cast<double>(from[i])) / f)
-                   : 0.0F;
+        const double change = static_cast<double>(difference[i]) - static_cast<double>(base[i]);
+        difference[i] = f != 0 ? static_cast<float>(change / f) : 0.0F;
     }
     return difference;
 }
@@ -74,24 +72,70 @@ void judge(Component& component, const FilterConfig& filter, DistanceRows& dista
 }
 
 /// Id of the component that autoencoder `a` of `level` refines; empty at level 0.
-std::string parent_id(const StackedModel<float>& model, int level, int a) {
-    if (level == 0 || !model.config().attention) return {};
-    const int components = model.levels()[at(level - 1)].components;
-    const std::string above = parent_id(model, level - 1, a / components);
+std::string parent_id(const Model<float>& model, const std::vector<LevelSize>& levels, int level,
+                      int a) {
+    if (level == 0 || !model.refines_components()) return {};
+    const int components = levels[at(level - 1)].components;
+    const std::string above = parent_id(model, levels, level - 1, a / components);
     return above.empty() ? fmt::format("{}", a % components)
                          : fmt::format("{}.{}", above, a % components);
 }
 
 /// Without attention a level refines the whole, so its ids start with what level it is.
-std::string component_id(const Component& component, bool attention) {
+std::string component_id(const Component& component, bool refines) {
     if (component.level == 0) return fmt::format("{}", component.index);
-    if (!attention) return fmt::format("L{}.{}", component.level, component.index);
+    if (!refines) return fmt::format("L{}.{}", component.level, component.index);
     return fmt::format("{}.{}", component.parent, component.index);
+}
+
+/// Where the component weights (V,d) of a component are.
+void find_support(Component& component, std::span<const float> weights, int vertices) {
+    const std::size_t width = weights.size() / at(vertices);
+    double largest = 0;
+    for (int v = 0; v < vertices; ++v) {
+        double square = 0;
+        for (const float x : weights.subspan(at(v) * width, width)) {
+            square += static_cast<double>(x) * static_cast<double>(x);
+        }
+        if (square > 0) ++component.support;
+        if (square > largest) {
+            largest = square;
+            component.longest = v;
+        }
+    }
+}
+
+/// The codes that entry `index` takes over the rows of `codes` (n,width) and the reference.
+void find_ends(Component& component, std::span<const float> codes, std::size_t index,
+               std::size_t width) {
+    component.code_min = component.code_max = component.code_reference;
+    for (std::size_t m = index; m < codes.size(); m += width) {
+        component.code_min = std::min(component.code_min, static_cast<double>(codes[m]));
+        component.code_max = std::max(component.code_max, static_cast<double>(codes[m]));
+    }
+}
+
+/// Decodes both ends of code `index`; the one that moves the shape more becomes the end.
+void decode_ends(Component& component, const CodeDecoder& decoder, std::vector<float> codes,
+                 std::size_t index, const std::vector<float>& base,
+                 const std::array<double, kFeatureDim>& factor) {
+    const auto at_code = [&](double code) {
+        codes[index] = static_cast<float>(code);
+        return unscaled_difference(decoder, codes, base, factor);
+    };
+    component.code_end = component.code_min;
+    component.code_other = component.code_max;
+    component.difference = at_code(component.code_min);
+    component.other_difference = at_code(component.code_max);
+    if (total_norm(component.other_difference) > total_norm(component.difference)) {
+        std::swap(component.code_end, component.code_other);
+        std::swap(component.difference, component.other_difference);
+    }
 }
 
 }  // namespace
 
-std::vector<Component> extract_components(StackedModel<float>& model,
+std::vector<Component> extract_components(Model<float>& model,
                                           const std::vector<std::vector<float>>& codes,
                                           std::span<const float> reference,
                                           const std::array<double, kFeatureDim>& factor,
@@ -99,52 +143,37 @@ std::vector<Component> extract_components(StackedModel<float>& model,
     const std::array<int, 1> first{0};
     model.load_batch(reference, std::span<const int>(first));
     model.forward();
+    const std::vector<LevelSize> levels = model.level_sizes();
+    std::vector<float> reference_codes;
+    for (int l = 0; l < static_cast<int>(levels.size()); ++l) {
+        const std::vector<float> of_level = model.codes(l);
+        reference_codes.insert(reference_codes.end(), of_level.begin(), of_level.end());
+    }
+    const std::unique_ptr<CodeDecoder> decoder = model.decoder();
+    const std::vector<float> base = decoder->decode(reference_codes);
+
     std::vector<Component> components;
-    for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
-        const auto& level = model.levels()[at(l)];
-        const std::vector<float> reference_codes = model.codes(l);
-        const std::vector<float> weights = model.to_user_order(
-            level.weights, std::as_const(model).parameters().value(level.weights));
-        const int rows = level.autoencoders * level.components;
+    for (int l = 0; l < static_cast<int>(levels.size()); ++l) {
+        const LevelSize level = levels[at(l)];
+        const int entry = model.component_weights(l);
+        const std::vector<float> weights =
+            model.to_user_order(entry, std::as_const(model).parameters().value(entry));
+        const std::size_t size = weights.size() / at(level.codes());
         const std::vector<int> centers = model.centers(l);
         distances.prepare(centers);
-        for (int row = 0; row < rows; ++row) {
+        for (int row = 0; row < level.codes(); ++row) {
+            const std::size_t code = components.size();
             Component c;
             c.level = l;
             c.autoencoder = row / level.components;
             c.index = row % level.components;
-            c.parent = parent_id(model, l, c.autoencoder);
-            c.id = component_id(c, model.config().attention);
+            c.parent = parent_id(model, levels, l, c.autoencoder);
+            c.id = component_id(c, model.refines_components());
             c.center = centers[at(row)];
-            double largest = 0;
-            for (int v = 0; v < model.vertex_count(); ++v) {
-                const double length =
-                    row_norm(weights, std::int64_t{row} * model.vertex_count() + v);
-                if (length > 0) ++c.support;
-                if (length > largest) {
-                    largest = length;
-                    c.longest = v;
-                }
-            }
-            const std::vector<float> base(
-                reference_codes.begin() + c.autoencoder * level.components,
-                reference_codes.begin() + (c.autoencoder + 1) * level.components);
-            c.code_reference = base[at(c.index)];
-            c.code_min = c.code_max = c.code_reference;
-            for (std::size_t m = at(row); m < codes[at(l)].size(); m += at(rows)) {
-                c.code_min = std::min(c.code_min, static_cast<double>(codes[at(l)][m]));
-                c.code_max = std::max(c.code_max, static_cast<double>(codes[at(l)][m]));
-            }
-            for (const double end : {c.code_min, c.code_max}) {
-                std::vector<float> code = base;
-                code[at(c.index)] = static_cast<float>(end);
-                std::vector<float> difference =
-                    unscaled_difference(model, c, std::move(code), base, factor);
-                if (c.difference.empty() || total_norm(difference) > total_norm(c.difference)) {
-                    c.difference = std::move(difference);
-                    c.code_end = end;
-                }
-            }
+            find_support(c, std::span(weights).subspan(at(row) * size, size), model.vertex_count());
+            c.code_reference = reference_codes[code];
+            find_ends(c, codes[at(l)], at(row), at(level.codes()));
+            decode_ends(c, *decoder, reference_codes, code, base, factor);
             judge(c, filter, distances);
             components.push_back(std::move(c));
         }

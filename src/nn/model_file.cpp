@@ -63,7 +63,7 @@ nlohmann::json describe(const ModelContext& context, const TrainingState& state)
 
 }  // namespace
 
-void write_model(const std::string& path, StackedModel<float>& model, const ModelContext& context,
+void write_model(const std::string& path, Model<float>& model, const ModelContext& context,
                  const TrainingState& state, const std::vector<std::vector<float>>& codes) {
     ModelArrays arrays;
     // The writer borrows, so everything made for it lives until write().
@@ -92,22 +92,21 @@ void write_model(const std::string& path, StackedModel<float>& model, const Mode
         add("adam_m", parameters.moment1(i));
         add("adam_v", parameters.moment2(i));
     }
+    const std::vector<LevelSize> levels = model.level_sizes();
     std::vector<std::vector<int>> centers;
-    centers.reserve(model.levels().size());
-    for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
+    centers.reserve(levels.size());
+    for (int l = 0; l < static_cast<int>(levels.size()); ++l) {
         centers.push_back(model.centers(l));
         arrays.add<int>(fmt::format("centers/level{}", l), {count(centers.back())}, centers.back());
     }
     // Who acts is decided in some steps only, so it is part of the state.
-    std::vector<std::uint8_t> acting;
-    if (model.has_supports()) {
-        acting = model.acting(static_cast<int>(model.levels().size()) - 1);
+    const std::vector<std::uint8_t> acting = model.acting_vertices();
+    if (!acting.empty()) {
         arrays.add<std::uint8_t>(
-            "acting", {model.levels().back().autoencoders, model.vertex_count()}, acting);
+            "acting", {count(acting) / model.vertex_count(), model.vertex_count()}, acting);
     }
     for (std::size_t l = 0; l < codes.size(); ++l) {
-        const auto& level = model.levels()[l];
-        const std::int64_t width = std::int64_t{level.autoencoders} * level.components;
+        const std::int64_t width = levels[l].codes();
         arrays.add<float>(fmt::format("codes/level{}", l), {count(codes[l]) / width, width},
                           codes[l]);
     }
@@ -195,21 +194,34 @@ const ModelContext& ModelFile::context() const { return content_->context; }
 const TrainingState& ModelFile::state() const { return content_->state; }
 const std::vector<std::vector<float>>& ModelFile::codes() const { return content_->codes; }
 
-void ModelFile::load_acting(StackedModel<float>& model) const {
-    if (!content_->file.contains("acting")) return model.act_where_weights_are();
-    const auto acting = content_->file.data<std::uint8_t>(
-        "acting", {model.levels().back().autoencoders, model.vertex_count()});
-    model.act_where_weights_are();
-    const int last = static_cast<int>(model.levels().size()) - 1;
-    const std::vector<std::uint8_t> needed = model.acting(last);
-    for (std::size_t i = 0; i < needed.size(); ++i) {
-        if (needed[i] <= acting[i]) continue;
-        throw CheckpointError(content_->file.path(), "component weights where nothing acts");
+void ModelFile::load_centers(Model<float>& model) const {
+    const std::vector<LevelSize> levels = model.level_sizes();
+    const auto shapes = static_cast<std::int64_t>(context().train_shapes.size());
+    for (int l = 0; l < static_cast<int>(levels.size()); ++l) {
+        const std::int64_t rows = levels[static_cast<std::size_t>(l)].codes();
+        content_->file.data<float>(fmt::format("codes/level{}", l), {shapes, rows});
+        const auto centers = content_->file.data<int>(fmt::format("centers/level{}", l), {rows});
+        for (const int center : centers) {
+            if (center >= 0 && center < model.vertex_count()) continue;
+            throw CheckpointError(content_->file.path(), fmt::format("centre {} of {} vertices",
+                                                                     center, model.vertex_count()));
+        }
+        model.set_centers(l, {centers.begin(), centers.end()});
     }
-    model.set_acting(last, acting);
 }
 
-void ModelFile::load(StackedModel<float>& model) const {
+void ModelFile::load_acting(Model<float>& model) const {
+    std::span<const std::uint8_t> acting;
+    if (content_->file.contains("acting")) {
+        const std::int64_t autoencoders = model.level_sizes().back().autoencoders;
+        acting = content_->file.data<std::uint8_t>("acting", {autoencoders, model.vertex_count()});
+    }
+    if (!model.restore_acting_vertices(acting)) {
+        throw CheckpointError(content_->file.path(), "component weights where nothing acts");
+    }
+}
+
+void ModelFile::load(Model<float>& model) const {
     as_checkpoint(content_->file.path(), [&] {
         ParameterSet<float>& parameters = model.parameters();
         for (int i = 0; i < parameters.count(); ++i) {
@@ -224,22 +236,8 @@ void ModelFile::load(StackedModel<float>& model) const {
             read("adam_m", parameters.moment1(i));
             read("adam_v", parameters.moment2(i));
         }
-        for (int l = 0; l < static_cast<int>(model.levels().size()); ++l) {
-            const auto& level = model.levels()[static_cast<std::size_t>(l)];
-            const std::int64_t rows = std::int64_t{level.autoencoders} * level.components;
-            const auto shapes = static_cast<std::int64_t>(context().train_shapes.size());
-            content_->file.data<float>(fmt::format("codes/level{}", l), {shapes, rows});
-            const auto centers =
-                content_->file.data<int>(fmt::format("centers/level{}", l), {rows});
-            for (const int center : centers) {
-                if (center >= 0 && center < model.vertex_count()) continue;
-                throw CheckpointError(
-                    content_->file.path(),
-                    fmt::format("centre {} of {} vertices", center, model.vertex_count()));
-            }
-            model.set_centers(l, {centers.begin(), centers.end()});
-        }
-        if (model.has_supports()) load_acting(model);
+        load_centers(model);
+        load_acting(model);
     });
 }
 

@@ -9,6 +9,8 @@
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
+#include "mscomp/nn/optimizer.h"
+#include "sum_decoder.h"
 
 namespace mscomp::nn {
 namespace {
@@ -52,19 +54,18 @@ template <class T>
 SpectralVae<T>::SpectralVae(const SpectralConfig& config, const SpectralLossConfig& loss,
                             const OneRings& rings, std::span<const double> edge_weights,
                             DistanceRows& distances, const Options& options)
-    : config_(config),
+    : Model<T>(rings, distances, options.batch),
+      config_(config),
+      loss_(loss),
       options_(options),
-      order_(reverse_cuthill_mckee(rings)),
       laplacian_(inner_laplacian<T>(rings, order_, edge_weights, config.lambda_max)),
-      inner_distances_(distances, order_),
       centers_(inner_distances_,
                options.sparsity_gradient ? CenterRule::follow : CenterRule::settle),
       batch_terms_(laplacian_, config.filter_order, lane_count(options.batch)) {
     options_.fused =
         options.fused && config.conv_channels == kFeatureDim && !options.input_gradient;
-    lane_mask_.weight.assign(at(lane_count(options.batch)), T{0});
     add_parameters();
-    record(loss);
+    record();
 }
 
 template <class T>
@@ -74,7 +75,7 @@ void SpectralVae<T>::add_parameters() {
     indices_.decoder_theta = config_.own_decoder()
                                  ? parameters_.add("decoder_theta", {order, channels, kDim})
                                  : indices_.theta;
-    const Extents weights{1, config_.components, vertex_count(), channels};
+    const Extents weights{1, config_.components, this->vertex_count(), channels};
     indices_.weights = parameters_.add("component_weights", weights);
     indices_.spread_weights = parameters_.add("spread_weights", weights);
     indices_.ranges = parameters_.add("sparsity_ranges", {config_.components});
@@ -82,12 +83,12 @@ void SpectralVae<T>::add_parameters() {
 }
 
 template <class T>
-void SpectralVae<T>::record(const SpectralLossConfig& loss) {
+void SpectralVae<T>::record() {
     const auto parameter = [&](int index) { return tape_.parameter(parameters_, index); };
     const std::int64_t lanes = lane_count(options_.batch);
     const Var theta = parameter(indices_.theta), weights = parameter(indices_.weights);
     const Var spread_weights = parameter(indices_.spread_weights);
-    x_ = tape_.input("x", {1, vertex_count(), kDim, lanes}, options_.input_gradient);
+    this->record_input(options_.input_gradient);
     noise_ = tape_.input("noise", {1, config_.components, lanes});
     moments_ =
         options_.fused
@@ -112,61 +113,18 @@ void SpectralVae<T>::record(const SpectralLossConfig& loss) {
     kl_ = kl_divergence(tape_, moments_, config_.spread, config_.kl_epsilon, lane_mask_);
     sparsity_ = learned_sparsity(tape_, weights, ranges, centers_, config_.straight_through,
                                  options_.sparsity_gradient);
-    range_ = range_penalty(tape_, sampled_, loss.range_limit, lane_mask_);
+    range_ = range_penalty(tape_, sampled_, loss_.range_limit, lane_mask_);
     sparsity_range_ = range_term(tape_, ranges, config_.range_term);
     total_ = weighted_sum(
         tape_, {reconstruction_, kl_, sparsity_, range_, sparsity_range_},
-        {loss.reconstruction, loss.kl, loss.sparsity, loss.range, loss.sparsity_range});
+        {loss_.reconstruction, loss_.kl, loss_.sparsity, loss_.range, loss_.sparsity_range});
 }
 
 template <class T>
-void SpectralVae<T>::start_batch(std::span<const int> which) {
-    assert(!which.empty() && static_cast<int>(which.size()) <= options_.batch);
-    shapes_.assign(which.begin(), which.end());
-    lane_mask_.active = static_cast<int>(which.size());
-    for (std::size_t l = 0; l < lane_mask_.weight.size(); ++l) {
-        lane_mask_.weight[l] = l < which.size() ? T{1} : T{0};
-    }
+void SpectralVae<T>::batch_loaded(std::span<const int> shapes) {
+    shapes_.assign(shapes.begin(), shapes.end());
     std::ranges::fill(tape_.value(noise_), T{0});
     if (options_.fused) batch_terms_.prepare(tape_.value(x_), lane_mask_.active);
-}
-
-template <class T>
-template <class Source>
-void SpectralVae<T>::load_batch(std::span<const Source> features, std::span<const int> which) {
-    const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
-    const std::int64_t rows = vertex_count() * kDim;
-    const std::span<T> x = tape_.value(x_);
-    parallel_for(vertex_count(), [&](std::int64_t v) {
-        const std::int64_t user = order_.to_user[at(v)];
-        for (std::int64_t c = 0; c < kDim; ++c) {
-            T* row = x.data() + (v * kDim + c) * lanes;
-            for (std::int64_t l = 0; l < lanes; ++l) {
-                row[l] = l < static_cast<std::int64_t>(which.size())
-                             ? static_cast<T>(features[at(which[at(l)] * rows + user * kDim + c)])
-                             : T{0};
-            }
-        }
-    });
-    start_batch(which);
-}
-
-template <class T>
-void SpectralVae<T>::load_batch(const ScaledFeatures& features, std::span<const int> which) {
-    gather_lanes(features, which, order_, tape_.value(x_), GatherThreads::all);
-    start_batch(which);
-}
-
-template <class T>
-void SpectralVae<T>::load_batch(const LaneBatch& batch) {
-    const std::span<T> x = tape_.value(x_);
-    assert(x.size() == batch.rows.size());
-    const Chunks chunks{static_cast<std::int64_t>(x.size()), std::int64_t{1} << 18};
-    parallel_for(chunks.count(), [&](std::int64_t i) {
-        std::copy(batch.rows.begin() + chunks.begin(i), batch.rows.begin() + chunks.end(i),
-                  x.begin() + chunks.begin(i));
-    });
-    start_batch(batch.shapes);
 }
 
 template <class T>
@@ -194,17 +152,6 @@ void SpectralVae<T>::set_noise(std::span<const T> noise) {
 }
 
 template <class T>
-T SpectralVae<T>::forward() {
-    tape_.forward();
-    return tape_.value(total_)[0];
-}
-
-template <class T>
-void SpectralVae<T>::backward() {
-    tape_.backward(total_);
-}
-
-template <class T>
 void SpectralVae<T>::clamp_ranges() {
     for (T& d : parameters_.value(indices_.ranges)) d = std::clamp(d, T{0}, T{1});
 }
@@ -216,25 +163,34 @@ SpectralTerms SpectralVae<T>::terms() {
 }
 
 template <class T>
-std::vector<T> SpectralVae<T>::batch_codes(std::span<const T> codes) const {
-    const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
-    std::vector<T> result;
-    for (int m = 0; m < lane_mask_.active; ++m) {
-        for (std::int64_t k = 0; k < config_.components; ++k) {
-            result.push_back(codes[at(k * lanes + m)]);
-        }
-    }
-    return result;
+std::vector<std::string> SpectralVae<T>::term_names() const {
+    return {"reconstruction", "kl", "sparsity", "range", "sparsity_range"};
 }
 
 template <class T>
-std::vector<T> SpectralVae<T>::codes() {
-    return batch_codes(tape_.value(moments_));
+std::vector<double> SpectralVae<T>::term_values() {
+    const SpectralTerms all = terms();
+    return {all.reconstruction, all.kl, all.sparsity, all.range, all.sparsity_range};
+}
+
+template <class T>
+void SpectralVae<T>::update(const TrainConfig& train, double rate, std::int64_t step) {
+    adam_step(parameters_, rate, step);
+    if (train.sparsity_step == SparsityStep::proximal) {
+        proximal_step(*this, loss_.sparsity, rate, step);
+    }
+    clamp_ranges();
+}
+
+template <class T>
+std::vector<T> SpectralVae<T>::codes(int /*level*/) {
+    return this->batch_codes(tape_.value(moments_).first(tape_.value(noise_).size()));
 }
 
 template <class T>
 std::vector<T> SpectralVae<T>::deviations() {
-    std::vector<T> result = batch_codes(tape_.value(moments_).subspan(tape_.value(noise_).size()));
+    std::vector<T> result =
+        this->batch_codes(tape_.value(moments_).subspan(tape_.value(noise_).size()));
     if (config_.spread == Spread::log_variance) {
         for (T& s : result) s = std::exp(s / 2);
     }
@@ -243,59 +199,56 @@ std::vector<T> SpectralVae<T>::deviations() {
 
 template <class T>
 std::vector<T> SpectralVae<T>::sampled_codes() {
-    return batch_codes(tape_.value(sampled_));
+    return this->batch_codes(tape_.value(sampled_));
 }
 
+/// Rows (V,9,lanes) that codes (K,lanes) decode to, before or after the last activation.
 template <class T>
-std::vector<T> SpectralVae<T>::batch_rows(std::span<const T> rows, int lanes, int count) const {
-    const std::int64_t size = vertex_count() * kDim;
-    std::vector<T> result(at(size * count));
-    for (std::int64_t v = 0; v < vertex_count(); ++v) {
-        for (std::int64_t c = 0; c < kDim; ++c) {
-            for (std::int64_t m = 0; m < count; ++m) {
-                result[at(m * size + order_.to_user[at(v)] * kDim + c)] =
-                    rows[at((v * kDim + c) * lanes + m)];
-            }
-        }
-    }
-    return result;
-}
-
-template <class T>
-std::vector<T> SpectralVae<T>::decode_lanes(std::span<const T> codes, int lanes, int count) {
+std::vector<T> SpectralVae<T>::decode_lanes(std::span<const T> codes, int lanes,
+                                            Activation activation) const {
+    ParameterSet<T> own;
+    const auto copy = [&](int index) {
+        const int made = own.add(parameters_.entry(index).name, parameters_.entry(index).extents);
+        std::ranges::copy(parameters_.value(index), own.value(made).begin());
+        return made;
+    };
+    const int weights = copy(indices_.weights), theta = copy(indices_.decoder_theta);
     Tape<T> tape;
     const Var z = tape.input("codes", {1, config_.components, lanes});
     std::ranges::copy(codes, tape.value(z).begin());
-    const Var weights = tape.parameter(parameters_, indices_.weights);
-    const Var theta = tape.parameter(parameters_, indices_.decoder_theta);
     const Var output =
-        cheb_conv(tape, laplacian_, expand_codes(tape, z, weights), theta, Activation::tanh);
+        cheb_conv(tape, laplacian_, expand_codes(tape, z, tape.parameter(own, weights)),
+                  tape.parameter(own, theta), activation);
     tape.forward();
-    return batch_rows(tape.value(output), lanes, count);
+    return {tape.value(output).begin(), tape.value(output).end()};
 }
 
 template <class T>
-std::vector<T> SpectralVae<T>::reconstruction() {
-    return decode_lanes(tape_.value(sampled_), static_cast<int>(lane_mask_.weight.size()),
-                        lane_mask_.active);
+std::vector<T> SpectralVae<T>::reconstruction(int /*levels*/) {
+    return this->batch_rows(decode_lanes(tape_.value(sampled_), this->lanes(), Activation::tanh));
 }
 
 template <class T>
-std::vector<T> SpectralVae<T>::input_gradient() {
-    return batch_rows(tape_.grad(x_), static_cast<int>(lane_mask_.weight.size()),
-                      lane_mask_.active);
-}
-
-template <class T>
-std::vector<T> SpectralVae<T>::decode(std::span<const T> code) {
+std::unique_ptr<CodeDecoder> SpectralVae<T>::decoder() const {
     const int lanes = lane_count(1);
-    std::vector<T> codes(at(std::int64_t{config_.components} * lanes), T{0});
-    for (std::int64_t k = 0; k < config_.components; ++k) codes[at(k * lanes)] = code[at(k)];
-    return decode_lanes(codes, lanes, 1);
+    SumDecoder::Part part;
+    for (int first = 0; first < config_.components; first += lanes) {
+        const int count = std::min(lanes, config_.components - first);
+        std::vector<T> unit(at(std::int64_t{config_.components} * lanes), T{0});
+        for (int k = 0; k < count; ++k) unit[at((first + k) * lanes + k)] = T{1};
+        const std::vector<T> rows = decode_lanes(unit, lanes, Activation::none);
+        for (DecoderColumn& column :
+             sparse_columns(std::span<const T>(rows), lanes, count, order_)) {
+            part.columns.push_back(std::move(column));
+        }
+    }
+    std::vector<SumDecoder::Part> parts;
+    parts.push_back(std::move(part));
+    return std::make_unique<SumDecoder>(this->vertex_count(), std::move(parts));
 }
 
 template <class T>
-std::vector<int> SpectralVae<T>::centers() const {
+std::vector<int> SpectralVae<T>::centers(int /*level*/) const {
     std::vector<int> user;
     for (const int inner : centers_.centers()) {
         user.push_back(inner < 0 ? inner : order_.to_user[at(inner)]);
@@ -304,41 +257,13 @@ std::vector<int> SpectralVae<T>::centers() const {
 }
 
 template <class T>
-void SpectralVae<T>::set_centers(const std::vector<int>& user) {
+void SpectralVae<T>::set_centers(int /*level*/, std::vector<int> user) {
     std::vector<int> inner;
     for (const int v : user) inner.push_back(v < 0 ? v : order_.to_internal[at(v)]);
     centers_.set_centers(std::move(inner));
 }
 
-template <class T>
-std::vector<T> SpectralVae<T>::to_user_order(int index, std::span<const T> inner) const {
-    std::vector<T> user(inner.begin(), inner.end());
-    const Extents& extents = parameters_.entry(index).extents;
-    if (extents.size() != 4) return user;
-    const std::int64_t channels = extents[3], vertices = extents[2];
-    for (std::int64_t i = 0; i < static_cast<std::int64_t>(inner.size()); ++i) {
-        const std::int64_t row = i / channels, v = row % vertices;
-        user[at((row - v + order_.to_user[at(v)]) * channels + i % channels)] = inner[at(i)];
-    }
-    return user;
-}
-
-template <class T>
-void SpectralVae<T>::from_user_order(int index, std::span<const T> user, std::span<T> inner) const {
-    std::ranges::copy(user, inner.begin());
-    const Extents& extents = parameters_.entry(index).extents;
-    if (extents.size() != 4) return;
-    const std::int64_t channels = extents[3], vertices = extents[2];
-    for (std::int64_t i = 0; i < static_cast<std::int64_t>(inner.size()); ++i) {
-        const std::int64_t row = i / channels, v = row % vertices;
-        inner[at(i)] = user[at((row - v + order_.to_user[at(v)]) * channels + i % channels)];
-    }
-}
-
 template class SpectralVae<float>;
 template class SpectralVae<double>;
-template void SpectralVae<float>::load_batch(std::span<const float>, std::span<const int>);
-template void SpectralVae<double>::load_batch(std::span<const float>, std::span<const int>);
-template void SpectralVae<double>::load_batch(std::span<const double>, std::span<const int>);
 
 }  // namespace mscomp::nn

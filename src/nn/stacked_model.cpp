@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/base/parallel.h"
+#include "mscomp/nn/optimizer.h"
+#include "mscomp/nn/start.h"
 #include "ops/autoencoder.h"
 
 namespace mscomp::nn {
@@ -18,6 +18,12 @@ namespace {
 constexpr std::int64_t kDim = kFeatureDim;
 
 std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
+
+/// Whether supports are decided anew in a step: often at first, when the most changes.
+bool adapts_supports(std::int64_t step) {
+    constexpr std::int64_t kInterval = 50;
+    return step % kInterval == 0 || step == 1 || step == 6 || step == 15 || step == 30;
+}
 
 /// Component weights start with unit length, so that an entry is about 1/sqrt(V). Adam's steps are
 /// of the size of the rate whatever the gradient: on fine meshes they have to shrink as well.
@@ -29,16 +35,15 @@ double component_rate_scale(std::int64_t vertices) {
 }  // namespace
 
 template <class T>
-StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
+StackedModel<T>::StackedModel(const StackedConfig& config, const LossConfig& loss,
                               const OneRings& rings, DistanceRows& distances,
                               const Options& options)
-    : config_(config),
+    : Model<T>(rings, distances, options.batch),
+      config_(config),
+      sparsity_weight_(loss.sparsity),
       options_(options),
-      order_(reverse_cuthill_mckee(rings)),
-      rings_(reordered(rings, order_)),
-      inner_distances_(distances, order_) {
+      rings_(reordered(rings, order_)) {
     const std::int64_t vertices = order_.vertex_count();
-    lane_mask_.weight.assign(at(lane_count(options.batch)), T{0});
 
     // All parameters first: recording on the tape borrows their memory.
     int autoencoders = 1;
@@ -70,8 +75,7 @@ StackedModel<T>::StackedModel(const ModelConfig& config, const LossConfig& loss,
         if (config.attention) autoencoders *= level.components;
     }
 
-    add_levels(loss, tape_.input("x", {1, vertices, kDim, lane_count(options.batch)},
-                                 options.input_gradient));
+    add_levels(loss, this->record_input(options.input_gradient));
 }
 
 template <class T>
@@ -157,70 +161,11 @@ void StackedModel<T>::add_small_ops(Level& level, Var x) {
 }
 
 template <class T>
-template <class Source>
-void StackedModel<T>::load_batch(std::span<const Source> features, std::span<const int> which) {
-    assert(!which.empty() && static_cast<int>(which.size()) <= options_.batch);
-    const std::int64_t lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
-    const std::int64_t rows = vertex_count() * kDim;
-    set_active_lanes(which.size());
-    const std::span<T> x = tape_.value(levels_.front().x);
-    parallel_for(vertex_count(), [&](std::int64_t v) {
-        const std::int64_t user = order_.to_user[at(v)];
-        for (std::int64_t c = 0; c < kDim; ++c) {
-            T* row = x.data() + (v * kDim + c) * lanes;
-            for (std::int64_t l = 0; l < lanes; ++l) {
-                row[l] = l < lane_mask_.active
-                             ? static_cast<T>(features[at(which[at(l)] * rows + user * kDim + c)])
-                             : T{0};
-            }
-        }
-    });
-}
-
-template <class T>
-void StackedModel<T>::load_batch(const ScaledFeatures& features, std::span<const int> which) {
-    assert(!which.empty() && static_cast<int>(which.size()) <= options_.batch);
-    set_active_lanes(which.size());
-    gather_lanes(features, which, order_, tape_.value(levels_.front().x), GatherThreads::all);
-}
-
-template <class T>
-void StackedModel<T>::load_batch(const LaneBatch& batch) {
-    set_active_lanes(batch.shapes.size());
-    const std::span<T> x = tape_.value(levels_.front().x);
-    assert(x.size() == batch.rows.size());
-    const Chunks chunks{static_cast<std::int64_t>(x.size()), std::int64_t{1} << 18};
-    parallel_for(chunks.count(), [&](std::int64_t i) {
-        std::copy(batch.rows.begin() + chunks.begin(i), batch.rows.begin() + chunks.end(i),
-                  x.begin() + chunks.begin(i));
-    });
-}
-
-template <class T>
-void StackedModel<T>::set_active_lanes(std::size_t count) {
-    lane_mask_.active = static_cast<int>(count);
-    for (std::size_t l = 0; l < lane_mask_.weight.size(); ++l) {
-        lane_mask_.weight[l] = l < count ? T{1} : T{0};
-    }
-}
-
-template <class T>
-T StackedModel<T>::forward() {
-    tape_.forward();
-    return tape_.value(total_)[0];
-}
-
-template <class T>
-void StackedModel<T>::backward() {
-    tape_.backward(total_);
-}
-
-template <class T>
 T StackedModel<T>::forward_and_backward() {
     for (Autoencoder<T>* op : fused_) op->expect_backward(true);
-    const T total = forward();
+    const T total = this->forward();
     for (Autoencoder<T>* op : fused_) op->expect_backward(false);
-    backward();
+    this->backward();
     return total;
 }
 
@@ -234,35 +179,56 @@ AutoencoderTerms StackedModel<T>::terms(int level, int autoencoder) {
 }
 
 template <class T>
-std::vector<T> StackedModel<T>::to_user_order(int index, std::span<const T> inner) const {
-    std::vector<T> user(inner.begin(), inner.end());
-    const Extents& extents = parameters_.entry(index).extents;
-    if (extents.size() != 4) return user;
-    const std::int64_t vertices = extents[2];
-    for (std::int64_t row = 0; row < extents[0] * extents[1]; ++row) {
-        for (std::int64_t v = 0; v < vertices; ++v) {
-            std::copy_n(inner.begin() + (row * vertices + v) * kDim, kDim,
-                        user.begin() + (row * vertices + order_.to_user[at(v)]) * kDim);
+std::vector<std::string> StackedModel<T>::term_names() const {
+    std::vector<std::string> names;
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+        for (const char* what : {"reconstruction", "sparsity", "range"}) {
+            names.push_back(fmt::format("level{}_{}", l, what));
         }
     }
-    return user;
+    return names;
 }
 
 template <class T>
-void StackedModel<T>::from_user_order(int index, std::span<const T> user,
-                                      std::span<T> inner) const {
-    const Extents& extents = parameters_.entry(index).extents;
-    if (extents.size() != 4) {
-        std::copy(user.begin(), user.end(), inner.begin());
-        return;
-    }
-    const std::int64_t vertices = extents[2];
-    for (std::int64_t row = 0; row < extents[0] * extents[1]; ++row) {
-        for (std::int64_t v = 0; v < vertices; ++v) {
-            std::copy_n(user.begin() + (row * vertices + order_.to_user[at(v)]) * kDim, kDim,
-                        inner.begin() + (row * vertices + v) * kDim);
+std::vector<double> StackedModel<T>::term_values() {
+    std::vector<double> values;
+    for (int l = 0; l < static_cast<int>(levels_.size()); ++l) {
+        AutoencoderTerms sum;
+        for (int a = 0; a < levels_[at(l)].autoencoders; ++a) {
+            const AutoencoderTerms one = terms(l, a);
+            sum.reconstruction += one.reconstruction;
+            sum.sparsity += one.sparsity;
+            sum.range += one.range;
         }
+        values.insert(values.end(), {sum.reconstruction, sum.sparsity, sum.range});
     }
+    return values;
+}
+
+template <class T>
+void StackedModel<T>::start(const TrainConfig& train, const ScaledFeatures& features,
+                            std::span<const int> shapes) {
+    if (train.start == Start::deflation) {
+        start_deflation(*this, features, shapes);
+    } else {
+        start_random(*this, train.seed);
+    }
+}
+
+template <class T>
+void StackedModel<T>::update(const TrainConfig& train, double rate, std::int64_t step) {
+    if (has_supports() && adapts_supports(step)) adapt_supports(sparsity_weight_, step);
+    adam_step(parameters_, rate, step);
+    if (train.sparsity_step == SparsityStep::proximal) {
+        proximal_step(*this, sparsity_weight_, rate, step);
+    }
+}
+
+template <class T>
+std::vector<LevelSize> StackedModel<T>::level_sizes() const {
+    std::vector<LevelSize> sizes;
+    for (const Level& level : levels_) sizes.push_back({level.autoencoders, level.components});
+    return sizes;
 }
 
 template <class T>
@@ -280,8 +246,5 @@ void StackedModel<T>::set_centers(int level, std::vector<int> user) {
 
 template class StackedModel<float>;
 template class StackedModel<double>;
-template void StackedModel<float>::load_batch(std::span<const float>, std::span<const int>);
-template void StackedModel<double>::load_batch(std::span<const float>, std::span<const int>);
-template void StackedModel<double>::load_batch(std::span<const double>, std::span<const int>);
 
 }  // namespace mscomp::nn

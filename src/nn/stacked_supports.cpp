@@ -57,10 +57,10 @@ bool StackedModel<T>::has_supports() const {
 template <class T>
 std::vector<std::uint8_t> StackedModel<T>::inner_acting(int level) const {
     const LevelSupports& supports = *levels_[at(level)].supports;
-    std::vector<std::uint8_t> acts(at(std::int64_t{supports.count()} * vertex_count()), 0);
+    std::vector<std::uint8_t> acts(at(std::int64_t{supports.count()} * this->vertex_count()), 0);
     for (int a = 0; a < supports.count(); ++a) {
         for (const int v : supports.of(a).acting_vertices) {
-            acts[at(std::int64_t{a} * vertex_count() + v)] = 1;
+            acts[at(std::int64_t{a} * this->vertex_count() + v)] = 1;
         }
     }
     return acts;
@@ -71,7 +71,7 @@ std::vector<std::uint8_t> StackedModel<T>::acting(int level) const {
     const std::vector<std::uint8_t> inner = inner_acting(level);
     std::vector<std::uint8_t> user(inner.size());
     for (std::size_t i = 0; i < inner.size(); ++i) {
-        const std::size_t v = i % at(vertex_count());
+        const std::size_t v = i % at(this->vertex_count());
         user[i - v + at(order_.to_user[v])] = inner[i];
     }
     return user;
@@ -81,7 +81,7 @@ template <class T>
 void StackedModel<T>::set_acting(int level, std::span<const std::uint8_t> user) {
     std::vector<std::uint8_t> inner(user.size());
     for (std::size_t i = 0; i < inner.size(); ++i) {
-        const std::size_t v = i % at(vertex_count());
+        const std::size_t v = i % at(this->vertex_count());
         inner[i] = user[i - v + at(order_.to_user[v])];
     }
     set_inner_acting(level, inner);
@@ -95,7 +95,7 @@ void StackedModel<T>::set_inner_acting(int level, std::span<const std::uint8_t> 
     for (int a = 0; a < l.autoencoders; ++a) {
         const std::vector<int>& vertices = l.supports->of(a).acting_vertices;
         for (int k = 0; k < l.components; ++k) {
-            const std::int64_t row = (std::int64_t{a} * l.components + k) * vertex_count();
+            const std::int64_t row = (std::int64_t{a} * l.components + k) * this->vertex_count();
             for (std::size_t first = 0; first < vertices.size();) {
                 std::size_t last = first + 1;
                 while (last < vertices.size() && vertices[last] == vertices[last - 1] + 1) ++last;
@@ -113,16 +113,17 @@ void StackedModel<T>::act_where_weights_are() {
     const int level = static_cast<int>(levels_.size()) - 1;
     const Level& l = levels_.back();
     const std::span<const T> weights = parameters_.value(l.weights);
-    std::vector<std::uint8_t> acts(at(std::int64_t{l.autoencoders} * vertex_count()), 0);
-    for_each_chunk(l.autoencoders, vertex_count(), [&](std::int64_t a, std::int64_t, int b, int e) {
-        for (int k = 0; k < l.components; ++k) {
-            const std::int64_t row = (a * l.components + k) * vertex_count();
-            for (int v = b; v < e; ++v) {
-                const auto c = weights.subspan(at((row + v) * kFeatureDim), kFeatureDim);
-                if (!all_zero<T>(c)) acts[at(a * vertex_count() + v)] = 1;
+    std::vector<std::uint8_t> acts(at(std::int64_t{l.autoencoders} * this->vertex_count()), 0);
+    for_each_chunk(
+        l.autoencoders, this->vertex_count(), [&](std::int64_t a, std::int64_t, int b, int e) {
+            for (int k = 0; k < l.components; ++k) {
+                const std::int64_t row = (a * l.components + k) * this->vertex_count();
+                for (int v = b; v < e; ++v) {
+                    const auto c = weights.subspan(at((row + v) * kFeatureDim), kFeatureDim);
+                    if (!all_zero<T>(c)) acts[at(a * this->vertex_count() + v)] = 1;
+                }
             }
-        }
-    });
+        });
     set_inner_acting(level, acts);
 }
 
@@ -131,7 +132,7 @@ double StackedModel<T>::touched(int level) const {
     const LevelSupports& supports = *levels_[at(level)].supports;
     double sum = 0;
     for (int a = 0; a < supports.count(); ++a) sum += supports.of(a).slot_count();
-    return sum / (static_cast<double>(supports.count()) * vertex_count());
+    return sum / (static_cast<double>(supports.count()) * this->vertex_count());
 }
 
 template <class T>
@@ -159,7 +160,7 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
     const Level& level = levels_.back();
     const Autoencoder<T>& op = *fused_.back();
     const int index = static_cast<int>(levels_.size()) - 1, components = level.components;
-    const std::int64_t vertices = vertex_count(), nine = kFeatureDim;
+    const std::int64_t vertices = this->vertex_count(), nine = kFeatureDim;
     const std::span<const T> weights = parameters_.value(level.weights);
     const std::vector<SparsityRow>& around = level.sparsity->focus(weights);
     const double correction = second_moment_correction(step);
@@ -221,12 +222,36 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
     return change;
 }
 
+template <class T>
+std::vector<std::uint8_t> StackedModel<T>::acting_vertices() const {
+    if (!has_supports()) return {};
+    return acting(static_cast<int>(levels_.size()) - 1);
+}
+
+template <class T>
+bool StackedModel<T>::restore_acting_vertices(std::span<const std::uint8_t> acting) {
+    if (!has_supports()) return true;
+    act_where_weights_are();
+    if (acting.empty()) return true;
+    const int last = static_cast<int>(levels_.size()) - 1;
+    const std::vector<std::uint8_t> needed = this->acting(last);
+    for (std::size_t i = 0; i < needed.size(); ++i) {
+        if (needed[i] > acting[i]) return false;
+    }
+    set_acting(last, acting);
+    return true;
+}
+
 template bool StackedModel<float>::has_supports() const;
 template bool StackedModel<double>::has_supports() const;
 template std::vector<std::uint8_t> StackedModel<float>::acting(int) const;
 template std::vector<std::uint8_t> StackedModel<double>::acting(int) const;
 template void StackedModel<float>::set_acting(int, std::span<const std::uint8_t>);
 template void StackedModel<double>::set_acting(int, std::span<const std::uint8_t>);
+template std::vector<std::uint8_t> StackedModel<float>::acting_vertices() const;
+template std::vector<std::uint8_t> StackedModel<double>::acting_vertices() const;
+template bool StackedModel<float>::restore_acting_vertices(std::span<const std::uint8_t>);
+template bool StackedModel<double>::restore_acting_vertices(std::span<const std::uint8_t>);
 template void StackedModel<float>::act_where_weights_are();
 template void StackedModel<double>::act_where_weights_are();
 template double StackedModel<float>::touched(int) const;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "deflation_residual.h"
+#include "deflation.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
@@ -26,62 +26,12 @@ void set_identity(std::span<T> matrices) {
     }
 }
 
-/// Places of the vertices of a residual where a component around `row` may act.
-std::vector<int> free_places(std::span<const int> vertices, const SparsityRow& row) {
-    std::vector<int> places;
-    for (std::size_t n = 0; n < vertices.size(); ++n) {
-        if (row.is_free(vertices[n])) places.push_back(static_cast<int>(n));
-    }
-    return places;
-}
-
-struct FoundComponent {
-    int center = 0;
-    DeflationDirection direction;
-    double energy = -1;  // explained by it
-};
-
-/// A component around the strongest vertex, then around where it is longest, as long as that
-/// explains more.
-FoundComponent next_component(const DeflationResidual& residual, SparsityRows& sparsity,
-                              DistanceRows& distances) {
-    constexpr int kMoves = 6;
-    FoundComponent best;
-    int center = residual.strongest_vertex();
-    for (int move = 0; move < kMoves; ++move) {
-        FoundComponent found;
-        found.center = center;
-        // Rows of earlier centres need not be kept.
-        distances.prepare(std::span(&center, 1));
-        found.direction =
-            residual.main_direction(center, free_places(residual.vertices(), sparsity.row(center)));
-        found.energy = found.direction.explained();
-        if (!(found.energy > best.energy)) break;
-        best = std::move(found);
-        center = residual.longest_vertex(best.direction);
-        if (center == best.center) break;
-    }
-    return best;
-}
-
-/// What the shapes of a start are, and how many fit into one pass.
-struct StartShapes {
-    const ScaledFeatures& features;
-    std::vector<int> shapes;
-    std::size_t batch;
-
-    std::span<const int> pass(std::size_t first) const {
-        return std::span(shapes).subspan(first, std::min(batch, shapes.size() - first));
-    }
-};
-
 /// `rows` (V,9,lanes) is there to work in.
 template <class T>
 DeflationResidual residual_of(StackedModel<T>& model, int level, std::int64_t a,
                               const StartShapes& start, std::span<T> rows) {
     const std::int64_t lanes = lane_count(model.batch_capacity());
-    DeflationResidual residual(model.vertex_count(),
-                               static_cast<std::int64_t>(start.shapes.size()));
+    DeflationResidual residual(model.vertex_count(), start.count());
     for (std::size_t first = 0; first < start.shapes.size(); first += start.batch) {
         // One pass holds them all: it has been made already.
         if (start.batch < start.shapes.size()) {
@@ -98,29 +48,28 @@ DeflationResidual residual_of(StackedModel<T>& model, int level, std::int64_t a,
 
 template <class T>
 void deflate_level(StackedModel<T>& model, int index, const StartShapes& start) {
-    // Below this part of the first energy there is only rounding left.
-    constexpr double kNothingLeft = 1e-10;
     const auto& level = model.levels()[at(index)];
-    const std::int64_t vertices = model.vertex_count();
+    const std::int64_t size = model.vertex_count() * kDim;
     const std::span<T> weights = model.parameters().value(level.weights);
-    AlignedVector<T> rows(at(vertices * kDim * lane_count(model.batch_capacity())));
+    AlignedVector<T> rows(at(size * lane_count(model.batch_capacity())));
+    const auto free_places = [&](int center, std::span<const int> vertices) {
+        const SparsityRow around = level.sparsity->row(center);
+        std::vector<int> places;
+        for (std::size_t n = 0; n < vertices.size(); ++n) {
+            if (around.is_free(vertices[n])) places.push_back(static_cast<int>(n));
+        }
+        return places;
+    };
     std::vector<int> centers;
     for (std::int64_t a = 0; a < level.autoencoders; ++a) {
         DeflationResidual residual = residual_of(model, index, a, start, std::span<T>(rows));
-        const double first_energy = residual.energy();
-        for (std::int64_t k = 0; k < level.components; ++k) {
-            const FoundComponent found =
-                next_component(residual, *level.sparsity, model.inner_distances());
-            centers.push_back(found.center);
-            if (!(found.energy > kNothingLeft * first_energy)) continue;
-            residual.subtract(found.direction);
-            T* row = weights.data() + (a * level.components + k) * vertices * kDim;
-            const DeflationDirection& direction = found.direction;
-            for (std::size_t i = 0; i < direction.values.size(); ++i) {
-                const int v = residual.vertices()[at(direction.places[i / kDim])];
-                row[v * kDim + static_cast<std::int64_t>(i) % kDim] =
-                    static_cast<T>(direction.values[i]);
-            }
+        const auto found =
+            deflate(residual, level.components, model.inner_distances(), free_places);
+        for (std::size_t k = 0; k < found.size(); ++k) {
+            centers.push_back(found[k].center);
+            const std::int64_t row = a * level.components + static_cast<std::int64_t>(k);
+            write_direction(residual, found[k].direction, kDim,
+                            weights.subspan(at(row * size), at(size)));
         }
     }
     level.sparsity->set_centers(std::move(centers));
@@ -159,11 +108,7 @@ void start_deflation(StackedModel<T>& model, const ScaledFeatures& features,
         set_identity(parameters.value(level.w_own));
         set_identity(parameters.value(level.decoder_w_own));
     }
-    constexpr std::size_t kMostShapes = 256;
-    const std::size_t count = std::min(shapes.size(), kMostShapes);
-    StartShapes start{features, {}, static_cast<std::size_t>(model.batch_capacity())};
-    for (std::size_t i = 0; i < count; ++i)
-        start.shapes.push_back(shapes[i * shapes.size() / count]);
+    const StartShapes start(features, shapes, model.batch_capacity());
     // Levels that have not been started need not be touched.
     if (model.has_supports()) model.act_where_weights_are();
     model.load_batch(features, start.pass(0));

@@ -8,7 +8,6 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/random.h"
 #include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/start.h"
 
 namespace mscomp::nn {
 
@@ -19,23 +18,9 @@ std::span<const int> batch_of(const std::vector<int>& order, std::size_t first, 
     return std::span(order).subspan(first, std::min(size, order.size() - first));
 }
 
-/// Whether supports are decided anew in a step: often at first, when the most changes.
-bool adapts_supports(std::int64_t step) {
-    constexpr std::int64_t kInterval = 50;
-    return step % kInterval == 0 || step == 1 || step == 6 || step == 15 || step == 30;
-}
-
 }  // namespace
 
-StackedModel<float>::Options training_options(const Config& config, int shapes) {
-    StackedModel<float>::Options options;
-    options.batch = std::min(config.train.batch, shapes);
-    options.sparsity_gradient = config.train.sparsity_step == SparsityStep::subgradient;
-    options.supports = config.train.supports;
-    return options;
-}
-
-Trainer::Trainer(StackedModel<float>& model, const Config& config, const ScaledFeatures& features,
+Trainer::Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
                  std::span<const int> shapes)
     : model_(model),
       config_(config),
@@ -43,7 +28,7 @@ Trainer::Trainer(StackedModel<float>& model, const Config& config, const ScaledF
       shapes_(shapes.begin(), shapes.end()),
       loader_(features_, model.order(), lane_count(model.batch_capacity())) {}
 
-Trainer::Trainer(StackedModel<float>& model, const Config& config, std::span<const float> features,
+Trainer::Trainer(Model<float>& model, const Config& config, std::span<const float> features,
                  std::span<const int> shapes)
     : model_(model),
       config_(config),
@@ -53,12 +38,8 @@ Trainer::Trainer(StackedModel<float>& model, const Config& config, std::span<con
       loader_(features_, model.order(), lane_count(model.batch_capacity())) {}
 
 void Trainer::start() {
-    if (config_.train.start == Start::deflation) {
-        start_deflation(model_, features_, std::span<const int>(shapes_));
-        loaded_.clear();
-    } else {
-        start_random(model_, config_.train.seed);
-    }
+    model_.start(config_.train, features_, shapes_);
+    loaded_.clear();
     state_ = {};
 }
 
@@ -74,7 +55,7 @@ std::vector<int> Trainer::order_of_epoch(std::int64_t epoch) const {
 
 EpochReport Trainer::run_epoch() {
     EpochReport report;
-    report.terms.resize(model_.levels().size());
+    report.terms.resize(model_.term_names().size());
     const auto batch = static_cast<std::size_t>(model_.batch_capacity());
     const bool is_full_batch = shapes_.size() <= batch;
     const std::vector<int> order = is_full_batch ? shapes_ : order_of_epoch(state_.epoch);
@@ -93,12 +74,8 @@ EpochReport Trainer::run_epoch() {
         std::chrono::steady_clock::now() - begin;
     report.step_ms = spent.count() / steps;
     report.total /= steps;
-    for (AutoencoderTerms& terms : report.terms) {
-        terms.reconstruction /= steps;
-        terms.sparsity /= steps;
-        terms.range /= steps;
-    }
-    report.touched = model_.touched(static_cast<int>(model_.levels().size()) - 1);
+    for (double& term : report.terms) term /= steps;
+    report.touched = model_.touched();
     ++state_.epoch;
     report.state = state_;
     return report;
@@ -117,6 +94,7 @@ void Trainer::load(std::span<const int> batch) {
 
 void Trainer::step(EpochReport& report) {
     model_.parameters().zero_grad();
+    model_.prepare_step(config_.train.seed, state_.step + 1);
     const float loss = model_.forward_and_backward();
     require_finite(loss);
 
@@ -124,21 +102,9 @@ void Trainer::step(EpochReport& report) {
     state_.total = loss;
     report.learning_rate = learning_rate_at(config_.train, state_.step);
     report.total += loss;
-    for (std::size_t l = 0; l < report.terms.size(); ++l) {
-        for (int a = 0; a < model_.levels()[l].autoencoders; ++a) {
-            const AutoencoderTerms terms = model_.terms(static_cast<int>(l), a);
-            report.terms[l].reconstruction += terms.reconstruction;
-            report.terms[l].sparsity += terms.sparsity;
-            report.terms[l].range += terms.range;
-        }
-    }
-    if (model_.has_supports() && adapts_supports(state_.step)) {
-        model_.adapt_supports(config_.loss.sparsity, state_.step);
-    }
-    adam_step(model_.parameters(), report.learning_rate, state_.step);
-    if (config_.train.sparsity_step == SparsityStep::proximal) {
-        proximal_step(model_, config_.loss.sparsity, report.learning_rate, state_.step);
-    }
+    const std::vector<double> terms = model_.term_values();
+    for (std::size_t i = 0; i < terms.size(); ++i) report.terms[i] += terms[i];
+    model_.update(config_.train, report.learning_rate, state_.step);
 }
 
 void Trainer::require_finite(float loss) {
@@ -154,7 +120,7 @@ void Trainer::require_finite(float loss) {
 }
 
 std::vector<std::vector<float>> Trainer::codes() {
-    std::vector<std::vector<float>> all(model_.levels().size());
+    std::vector<std::vector<float>> all(model_.level_sizes().size());
     const auto batch = static_cast<std::size_t>(model_.batch_capacity());
     for (std::size_t first = 0; first < shapes_.size(); first += batch) {
         load(batch_of(shapes_, first, batch));

@@ -46,8 +46,8 @@ struct Case {
 
 /// The model of the PyTorch step: tanh of codes and of decoded features, decoders with matrices of
 /// their own, masks as in the paper, sparsity by its subgradient.
-ModelConfig model_of(const Case& what) {
-    ModelConfig config;
+StackedConfig model_of(const Case& what) {
+    StackedConfig config;
     if (what.model == "default") return config;
     config.latent_activation = config.decoder_fc_activation = Activation::tanh;
     config.tied = Tied::none;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "mscomp/base/error.h"
+#include "mscomp/nn/kinds.h"
 
 namespace mscomp {
 namespace {
@@ -53,11 +54,11 @@ TEST(ConfigFile, ReadsTheFlowStyleOfTheContract) {
         "train: {epochs: 20, batch: 2, learning_rate: 1.0e-3, seed: 0, start: random,\n"
         "        sparsity_step: subgradient}\n",
         "c.yaml");
-    ASSERT_EQ(c.model.levels.size(), 2u);
-    EXPECT_EQ(c.model.levels[0].components, 12);
-    EXPECT_EQ(c.model.levels[0].sparsity_range, 0.5);
-    EXPECT_FALSE(c.model.levels[0].sparsity_ramp.has_value());
-    EXPECT_EQ(c.model.levels[1].sparsity_ramp->to, 0.3);
+    ASSERT_EQ(c.stacked.levels.size(), 2u);
+    EXPECT_EQ(c.stacked.levels[0].components, 12);
+    EXPECT_EQ(c.stacked.levels[0].sparsity_range, 0.5);
+    EXPECT_FALSE(c.stacked.levels[0].sparsity_ramp.has_value());
+    EXPECT_EQ(c.stacked.levels[1].sparsity_ramp->to, 0.3);
     EXPECT_EQ(c.loss.sparsity, 500);
     EXPECT_EQ(c.data.split.train, nn::SplitKind::random);
     EXPECT_EQ(c.data.split.count, 36);
@@ -181,15 +182,15 @@ TEST(ConfigFile, BrokenYamlNamesLineAndColumn) {
 
 TEST(ConfigFile, OverridesSetWhatTheyName) {
     EXPECT_EQ(with("train.epochs=100").train.epochs, 100);
-    EXPECT_EQ(with("model.tied=same").model.tied, nn::Tied::same);
+    EXPECT_EQ(with("model.tied=same").stacked.tied, nn::Tied::same);
     EXPECT_EQ(with("data.features=a=b.safetensors").data.features, "a=b.safetensors");
     const nn::Config level = with("model.levels[1].components=7");
-    EXPECT_EQ(level.model.levels[1].components, 7);
-    EXPECT_EQ(level.model.levels[1].sparsity_range, 0.2);
-    EXPECT_EQ(level.model.levels[0].components, 10);
+    EXPECT_EQ(level.stacked.levels[1].components, 7);
+    EXPECT_EQ(level.stacked.levels[1].sparsity_range, 0.2);
+    EXPECT_EQ(level.stacked.levels[0].components, 10);
     const nn::Config list = with("model.levels=[{components: 50, sparsity_range: 0.3}]");
-    ASSERT_EQ(list.model.levels.size(), 1u);
-    EXPECT_EQ(list.model.levels[0].components, 50);
+    ASSERT_EQ(list.stacked.levels.size(), 1u);
+    EXPECT_EQ(list.stacked.levels[0].components, 50);
     const nn::Config section = with("data.split={train: every, step: 4}");
     EXPECT_EQ(section.data.split.train, nn::SplitKind::every);
     EXPECT_EQ(section.data.split.step, 4);
@@ -225,13 +226,35 @@ TEST(ConfigFile, WrongOverridesNameTheOption) {
 }
 
 TEST(ConfigFile, UnknownKindListsTheKnownOnes) {
-    EXPECT_THAT(model_kinds(), ElementsAre("stacked-attention"));
+    EXPECT_THAT(nn::model_kinds(), ElementsAre("stacked-attention", "autoencoder", "spectral-vae"));
     try {
         default_config("pcaa");
         FAIL();
     } catch (const UsageError& error) {
         EXPECT_THAT(error.what(), HasSubstr("stacked-attention"));
     }
+}
+
+// Keys and defaults are those of the kind, wherever it is named.
+TEST(ConfigFile, KeysDependOnTheKind) {
+    const nn::Config one = parse_config(kData + "model: {components: 7, kind: autoencoder}\n", "c");
+    EXPECT_EQ(one.kind, "autoencoder");
+    ASSERT_EQ(one.stacked.levels.size(), 1u);
+    EXPECT_EQ(one.stacked.levels[0].components, 7);
+    for (const auto& overrides :
+         std::vector<std::vector<std::string>>{{"model.filter_order=4", "model.kind=spectral-vae"},
+                                               {"model={filter_order: 4, kind: spectral-vae}"}}) {
+        const nn::Config vae = parse_config(kData, "c", overrides);
+        EXPECT_EQ(vae.kind, "spectral-vae");
+        EXPECT_EQ(vae.spectral.filter_order, 4);
+        EXPECT_EQ(vae.spectral.components, nn::default_config("spectral-vae").spectral.components);
+    }
+    EXPECT_THAT(
+        refusal_of(kData + "model: {kind: autoencoder, mask_power: 1}\n").message,
+        HasSubstr("a key of the kind stacked-attention; this is a configuration of the kind "
+                  "autoencoder"));
+    EXPECT_THAT(refusal_of(kData + "model: {kind: spectral}\n").message, HasSubstr("spectral-vae"));
+    EXPECT_EQ(refusal_of(kData + "model: [kind]\n").key, "model");
 }
 
 TEST(ConfigFile, AMissingFileIsAnIoError) {

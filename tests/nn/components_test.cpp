@@ -54,7 +54,7 @@ class ByHand : public testing::Test {
     double at_vertex_3() const { return (std::tanh(0.008) - std::tanh(0.0004)) / 0.5; }
 
     LineDistances line_{5};
-    ModelConfig config_;
+    StackedConfig config_;
     std::unique_ptr<StackedModel<float>> model_;
     std::vector<float> reference_ = std::vector<float>(45, 0.0F);
     std::array<double, 9> factor_{};
@@ -125,7 +125,7 @@ TEST(Components, MeanSupportIsThatOfTheirLevel) {
     EXPECT_EQ(mean_support(components, 2, 100), 0);
 }
 
-std::vector<Component> untrained(const ModelConfig& config) {
+std::vector<Component> untrained(const StackedConfig& config) {
     const TriangleMesh mesh = shapes::grid(3, 3);
     LineDistances line(9);
     StackedModel<float> model(config, {}, one_rings_of_faces(9, mesh.faces), line,
@@ -148,7 +148,7 @@ std::vector<std::string> ids(const std::vector<Component>& components) {
 
 // Ids are paths from the coarsest level; the children of a component follow one another.
 TEST(Components, IdsOfThreeLevelsArePaths) {
-    ModelConfig config;
+    StackedConfig config;
     config.levels = {{2, 0.5, 1.0, {}}, {3, 0.5, 1.0, {}}, {2, 0.5, 1.0, {}}};
     std::vector<std::string> expected{"<0", "<1"};
     for (const char* parent : {"0", "1"}) {
@@ -166,7 +166,7 @@ TEST(Components, IdsOfThreeLevelsArePaths) {
 
 // Without attention a level refines the whole and has no parents.
 TEST(Components, IdsWithoutAttentionNameTheLevel) {
-    ModelConfig config;
+    StackedConfig config;
     config.attention = false;
     config.levels = {{2, 0.5, 1.0, {}}, {2, 0.5, 1.0, {}}, {1, 0.5, 1.0, {}}};
     EXPECT_EQ(ids(untrained(config)),
@@ -193,7 +193,7 @@ TEST(Components, MoveNothingFarFromTheirSupport) {
         EXPECT_EQ(c.parent.empty(), c.level == 0);
         const auto distance = problem.distances.row(c.center);
         const double range =
-            problem.config.model.levels[static_cast<std::size_t>(c.level)].sparsity_range;
+            problem.config.stacked.levels[static_cast<std::size_t>(c.level)].sparsity_range;
         EXPECT_LE(c.localization_radius,
                   range + 0.12);  // one edge of the sphere is at most 0.11 pi
         for (int v = 0; v < model->vertex_count(); ++v) {

@@ -218,7 +218,7 @@ TEST(GradientTable, HoldsEveryOpThatAModelRecords) {
     }
     const TriangleMesh mesh = shapes::grid(4, 4);
     LineDistances distances(mesh.vertex_count());
-    ModelConfig config;
+    StackedConfig config;
     config.levels = {{3, 0.4, 1.0, {}}, {2, 0.2, 1.0, {}}};
     config.latent_activation = config.decoder_fc_activation = Activation::tanh;
     StackedModel<double> model(config, {}, one_rings_of_faces(16, mesh.faces), distances, {4});

@@ -61,7 +61,7 @@ TEST(Adam, StepsOfComponentsShrinkOnFineMeshes) {
         StackedModel<float>::Options options;
         options.batch = 1;
         options.losses = false;
-        ModelConfig config;
+        StackedConfig config;
         config.levels = {{1, 0.3, {}, {}}};
         const StackedModel<float> model(
             config, {}, one_rings_of_faces(mesh.vertex_count(), mesh.faces), line, options);

@@ -21,8 +21,8 @@ Activation activation(const std::string& name) {
     return name == "tanh" ? Activation::tanh : Activation::none;
 }
 
-ModelConfig model_config(const nlohmann::json& from) {
-    ModelConfig config;
+StackedConfig model_config(const nlohmann::json& from) {
+    StackedConfig config;
     config.attention = from.at("attention");
     config.joint = from.at("joint");
     config.tied = from.at("tied") == "transpose" ? Tied::transpose

@@ -39,6 +39,15 @@ class SphereDistances final : public DistanceRows {
     std::vector<std::vector<double>> rows_;
 };
 
+/// Options that a stacked model gets for training under `config` on `shapes` shapes.
+inline StackedModel<float>::Options training_options(const Config& config, int shapes) {
+    StackedModel<float>::Options options;
+    options.batch = std::min(config.train.batch, shapes);
+    options.sparsity_gradient = config.train.sparsity_step == SparsityStep::subgradient;
+    options.supports = config.train.supports;
+    return options;
+}
+
 struct SmallTraining {
     TriangleMesh mesh = shapes::icosphere(2);
     SphereDistances distances{mesh.vertices};
@@ -65,13 +74,13 @@ struct SmallTraining {
         }
         shapes.resize(static_cast<std::size_t>(shape_count));
         std::iota(shapes.begin(), shapes.end(), 0);
-        config.model.levels = {{patches, 0.3, 1.0, {}}, {2, 0.15, 1.0, {}}};
+        config.stacked.levels = {{patches, 0.3, 1.0, {}}, {2, 0.15, 1.0, {}}};
         config.train.epochs = 20;
     }
 
     std::unique_ptr<StackedModel<float>> make_model() {
         return std::make_unique<StackedModel<float>>(
-            config.model, config.loss, one_rings_of_faces(mesh.vertex_count(), mesh.faces),
+            config.stacked, config.loss, one_rings_of_faces(mesh.vertex_count(), mesh.faces),
             distances, training_options(config, static_cast<int>(shapes.size())));
     }
 };

@@ -84,7 +84,7 @@ void fill_with_two_directions(SmallTraining& problem) {
 TEST(DeflationStart, StopsWhereEverythingIsExplained) {
     SmallTraining problem;
     fill_with_two_directions(problem);
-    problem.config.model.levels = {{5, 0.3, 1.0, {}}};
+    problem.config.stacked.levels = {{5, 0.3, 1.0, {}}};
     const auto model = problem.make_model();
     Trainer trainer(*model, problem.config, problem.features, problem.shapes);
     trainer.start();
@@ -133,7 +133,7 @@ TEST(DeflationStart, DoesNotDependOnTheBatch) {
 TEST(DeflationStart, StartsADecoderOfItsOwnAsTheIdentity) {
     SmallTraining problem;
     const auto loss_and_matrices = [&](Tied tied) {
-        problem.config.model.tied = tied;
+        problem.config.stacked.tied = tied;
         const auto model = problem.make_model();
         start_deflation(*model, std::span<const float>(problem.features),
                         std::span<const int>(problem.shapes));

@@ -285,7 +285,7 @@ TEST(SupportsInSmallBatches, KeepWhatMovesRarely) {
             problem.features[(m * static_cast<std::size_t>(vertices) + v) * 9 + 2] = 0;
         }
     }
-    problem.config.model.levels = {{3, 0.3, 1.0, {}}};
+    problem.config.stacked.levels = {{3, 0.3, 1.0, {}}};
     problem.config.train.batch = 10;
     std::vector<double> errors;
     for (const bool supports : {false, true}) {
@@ -295,7 +295,7 @@ TEST(SupportsInSmallBatches, KeepWhatMovesRarely) {
         trainer.start();
         EpochReport report;
         for (int epoch = 0; epoch < 40; ++epoch) report = trainer.run_epoch();
-        errors.push_back(report.terms[0].reconstruction);
+        errors.push_back(report.terms[0]);
         const std::span<const float> weights =
             std::as_const(model->parameters()).value(model->levels()[0].weights);
         for (std::size_t k = 0; k < 3; ++k) {

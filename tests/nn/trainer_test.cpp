@@ -184,8 +184,8 @@ TEST_F(Training, OverfitsFourShapes) {
     double first = 0, last = 0;
     for (int epoch = 0; epoch < 300; ++epoch) {
         const EpochReport report = trainer.run_epoch();
-        last = report.terms.back().reconstruction;
-        if (epoch == 0) first = report.terms.front().reconstruction;
+        last = report.terms[3];
+        if (epoch == 0) first = report.terms[0];
     }
     double energy = 0;
     for (const float x : problem.features)
@@ -398,7 +398,7 @@ TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
 
 TEST_F(ModelFileTest, RefusesAModelOfAnotherShape) {
     const ModelFile file(saved());
-    problem_.config.model.levels[0].components = 4;
+    problem_.config.stacked.levels[0].components = 4;
     const auto model = problem_.make_model();
     EXPECT_THROW(file.load(*model), CheckpointError);
 }

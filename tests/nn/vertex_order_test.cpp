@@ -93,7 +93,7 @@ TEST(StackedModel, CommutesWithRenumbering) {
         }
         return moved;
     };
-    StackedModel<float> renamed(other.config.model, other.config.loss,
+    StackedModel<float> renamed(other.config.stacked, other.config.loss,
                                 one_rings_of_faces(count, other.mesh.faces), distances,
                                 training_options(other.config, 12));
     for (int i = 0; i < model->parameters().count(); ++i) {

@@ -9,16 +9,14 @@
 
 namespace mscomp {
 
-/// Values of `model.kind` that this version can train.
-std::vector<std::string> model_kinds();
-
 /// What `mscomp init KIND` prints: the defaults of that kind, with a feature file to be replaced.
 /// Throws UsageError listing the known kinds.
 nn::Config default_config(const std::string& kind);
 
-/// Reads a YAML configuration, then applies `overrides` ("train.epochs=100",
-/// "model.levels[0].components=5", "model.levels=[{components: 8, sparsity_range: 0.3}]"; the value
-/// is YAML, a mapping sets the keys it names and leaves the others, a list replaces the list).
+/// Reads a YAML configuration over the defaults of its model.kind, then applies `overrides`
+/// ("train.epochs=100", "model.levels[0].components=5", "model.levels=[{components: 8,
+/// sparsity_range: 0.3}]"; the value is YAML, a mapping sets the keys it names and leaves the
+/// others, a list replaces the list).
 ///
 /// Strict: an unknown or repeated key, another type, a value out of range, something required that
 /// is missing or broken YAML throw ConfigError with file, line, column, dotted key, got and wanted,

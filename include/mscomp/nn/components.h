@@ -9,7 +9,7 @@
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/nn/config.h"
-#include "mscomp/nn/stacked_model.h"
+#include "mscomp/nn/model.h"
 
 namespace mscomp::nn {
 
@@ -25,6 +25,7 @@ struct Component {
     double code_min = 0, code_max = 0;  // over the training shapes
     double code_reference = 0;          // code of the reference
     double code_end = 0;                // the end (min or max) that moves the shape more
+    double code_other = 0;              // the other end
     double strength = 0;                // I(X) of [A] eq. 7, unscaled features
     bool kept = true;
     std::string reason;  // why it was dropped, empty if kept
@@ -34,13 +35,14 @@ struct Component {
                                      // the vertices where the difference exceeds epsilon_1
     std::vector<float>
         difference;  // (V,9) unscaled features at code_end minus those at code_reference
+    std::vector<float> other_difference;  // the same at code_other
 };
 
 /// All components, coarse to fine, in the order of their ids. `codes` are the codes of the training
 /// shapes per level (n, A*K), `factor` the scaler's (scaled = (feature - offset) factor). A
 /// component's features are X_r + Dec(z_end) - Dec(z_r) with the reference code z_r except for its
 /// own entry (method §4, analysis). `reference` are the scaled features of the reference, (V,9).
-std::vector<Component> extract_components(StackedModel<float>& model,
+std::vector<Component> extract_components(Model<float>& model,
                                           const std::vector<std::vector<float>>& codes,
                                           std::span<const float> reference,
                                           const std::array<double, kFeatureDim>& factor,

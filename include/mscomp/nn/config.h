@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "mscomp/nn/spectral_config.h"
+
 namespace mscomp::nn {
 
 /// Weights of the group sparsity by normalised geodesic distance: a clipped ramp from 0 at `from`
@@ -27,9 +29,9 @@ struct LevelConfig {
 enum class Tied { transpose, same, none };
 enum class Activation { none, tanh };
 
-/// The model: [A] with the readings of method §3; defaults are the recommended ones.
-struct ModelConfig {
-    std::string kind = "stacked-attention";
+/// The stacked attention autoencoders of [A] with the readings of method §3, and with one level the
+/// AAAI-18 autoencoder; defaults are the recommended ones of the former.
+struct StackedConfig {
     bool attention = true;  // false: one child per parent, which sees the whole residual
     bool joint = true;      // false: gradients stop at masks and residual
     Tied tied = Tied::transpose;
@@ -93,9 +95,13 @@ struct FilterConfig {
         0.0;  // epsilon_1 itself; > 0 replaces the relative one (paper: 1e-6)
 };
 
+/// What is trained and how. Which model and which loss count is decided by the kind.
 struct Config {
-    ModelConfig model;
+    std::string kind = "stacked-attention";  // one of model_kinds()
+    StackedConfig stacked;                   // stacked-attention, autoencoder
     LossConfig loss;
+    SpectralConfig spectral;  // spectral-vae
+    SpectralLossConfig spectral_loss;
     DataConfig data;
     TrainConfig train;
     FilterConfig filter;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/stacked_model.h"
+#include "mscomp/nn/model.h"
 
 namespace mscomp::nn {
 
@@ -37,7 +37,7 @@ struct TrainingState {
 
 /// Writes model, context, optimiser state and the codes of the training shapes (per level, (n,
 /// A*K)) as one atomic, checked step. Throws IoError.
-void write_model(const std::string& path, StackedModel<float>& model, const ModelContext& context,
+void write_model(const std::string& path, Model<float>& model, const ModelContext& context,
                  const TrainingState& state, const std::vector<std::vector<float>>& codes);
 
 /// A model file opened for reading; parameters are read into a model of the same configuration.
@@ -54,10 +54,11 @@ class ModelFile {
     /// Codes of the training shapes per level, (n, A*K).
     const std::vector<std::vector<float>>& codes() const;
     /// Parameters, and Adam's moments too; throws CheckpointError where shapes differ.
-    void load(StackedModel<float>& model) const;
+    void load(Model<float>& model) const;
 
   private:
-    void load_acting(StackedModel<float>& model) const;
+    void load_centers(Model<float>& model) const;
+    void load_acting(Model<float>& model) const;
 
     struct Content;
     std::unique_ptr<Content> content_;

@@ -5,6 +5,8 @@ namespace mscomp::nn {
 
 /// Largest eigenvalue of the normalised Laplacian: 2 (its bound, the authors' code) or computed.
 enum class LambdaMax { two, exact };
+/// Edge weights of the graph whose Laplacian is used.
+enum class Adjacency { binary, cotangent };
 /// What C_std f is: log sigma^2, or sigma itself ([B] eq. 4 as printed).
 enum class Spread { log_variance, linear };
 /// Where the straight-through slope dDelta/dd = -1 holds: outside the range, or everywhere.
@@ -18,6 +20,7 @@ struct SpectralConfig {
     int filter_order = 3;   // H of the Chebyshev convolutions, 1 to 16
     int conv_channels = 9;  // d' of f, >= 1
     bool tied = true;       // the decoder filters with theta; else, or where d' is not 9, its own
+    Adjacency adjacency = Adjacency::binary;
     LambdaMax lambda_max = LambdaMax::two;
     Spread spread = Spread::log_variance;
     double kl_epsilon = 1e-8;  // inside the logarithm of a linear sigma, >= 0

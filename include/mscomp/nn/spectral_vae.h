@@ -2,17 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
-#include "mscomp/nn/lane_batch.h"
-#include "mscomp/nn/parameter_set.h"
+#include "mscomp/nn/model.h"
 #include "mscomp/nn/spectral_config.h"
 #include "mscomp/nn/spectral_ops.h"
-#include "mscomp/nn/tape.h"
-#include "mscomp/nn/vertex_order.h"
 
 namespace mscomp::nn {
 
@@ -26,10 +25,10 @@ struct SpectralTerms {
 };
 
 /// The spectral VAE of [B]: f = tanh(sum_h T_h X theta_h), mu = C f, s = C_std f, z = mu + sigma
-/// noise, X^ = tanh(sum_h T_h (C^T z) theta'_h). All arrays that come in or go out are in the
-/// vertex order of the user; inside, vertices are in reverse Cuthill-McKee order.
+/// noise, X^ = tanh(sum_h T_h (C^T z) theta'_h). One level; a batch comes without noise, so that
+/// codes decode as they are.
 template <class T>
-class SpectralVae {
+class SpectralVae final : public Model<T> {
   public:
     struct Options {
         int batch = 256;  // most shapes of a forward pass
@@ -55,24 +54,10 @@ class SpectralVae {
                 const Options& options);
 
     const SpectralConfig& config() const { return config_; }
-    const VertexOrder& order() const { return order_; }
     const ScaledLaplacian<T>& laplacian() const { return laplacian_; }
-    ParameterSet<T>& parameters() { return parameters_; }
-    const ParameterSet<T>& parameters() const { return parameters_; }
     const Parameters& indices() const { return indices_; }
-    Tape<T>& tape() { return tape_; }
+    const SpectralLossConfig& loss() const { return loss_; }
     ComponentCenters<T>& component_centers() { return centers_; }
-    int vertex_count() const { return order_.vertex_count(); }
-    int batch_capacity() const { return options_.batch; }
-
-    /// Makes shapes `which` of `features` (N,V,9) the batch, without noise; scaled features, at
-    /// least one shape and at most the capacity.
-    template <class Source>
-    void load_batch(std::span<const Source> features, std::span<const int> which);
-    /// The same from features that lie elsewhere and are not scaled yet.
-    void load_batch(const ScaledFeatures& features, std::span<const int> which);
-    /// A batch that was gathered in order() for lane_count(batch_capacity()) lanes.
-    void load_batch(const LaneBatch& batch);
 
     /// Standard normal noise for the batch, a function of seed, step, the number of the shape and
     /// the component: the same in whatever batch a shape comes.
@@ -80,54 +65,55 @@ class SpectralVae {
     /// Noise (n,K) of the caller.
     void set_noise(std::span<const T> noise);
 
-    /// Runs the batch; returns the total loss.
-    T forward();
-    /// Gradients of the last forward pass, added to those of the parameters.
-    void backward();
     /// Brings the ranges d back into [0, 1]; to be called after each step.
     void clamp_ranges();
 
     SpectralTerms terms();
+    std::vector<std::string> term_names() const override;
+    std::vector<double> term_values() override;
+
+    void start(const TrainConfig& train, const ScaledFeatures& features,
+               std::span<const int> shapes) override;
+    void prepare_step(std::uint64_t seed, std::int64_t step) override { draw_noise(seed, step); }
+    void update(const TrainConfig& train, double rate, std::int64_t step) override;
+
+    std::vector<LevelSize> level_sizes() const override { return {{1, config_.components}}; }
+    int component_weights(int /*level*/) const override { return indices_.weights; }
+    std::vector<int> centers(int level = 0) const override;
+    void set_centers(int level, std::vector<int> user) override;
+    /// The batch, (V,9,lanes) in inner vertex order.
+    std::span<const T> input_rows() { return tape_.value(x_); }
     /// mu, sigma and the sampled z of the batch after forward, (n,K) each.
-    std::vector<T> codes();
+    std::vector<T> codes(int level = 0) override;
     std::vector<T> deviations();
     std::vector<T> sampled_codes();
     /// What the decoder makes of the sampled z, (n,V,9).
-    std::vector<T> reconstruction();
-    /// Gradient of the batch after backward, (n,V,9); needs Options::input_gradient.
-    std::vector<T> input_gradient();
-    /// What the decoder makes of a code (K) of the caller, (V,9).
-    std::vector<T> decode(std::span<const T> code);
-
-    /// Centre vertex of every component, (K); empty before the first pass.
-    std::vector<int> centers() const;
-    void set_centers(const std::vector<int>& user);
-
-    /// A parameter-sized array of entry `index` in the vertex order of the user, and back.
-    std::vector<T> to_user_order(int index, std::span<const T> inner) const;
-    void from_user_order(int index, std::span<const T> user, std::span<T> inner) const;
+    std::vector<T> reconstruction(int levels = 1) override;
+    std::unique_ptr<CodeDecoder> decoder() const override;
 
   private:
     void add_parameters();
-    void record(const SpectralLossConfig& loss);
-    void start_batch(std::span<const int> which);
-    std::vector<T> batch_codes(std::span<const T> codes) const;
-    std::vector<T> batch_rows(std::span<const T> rows, int lanes, int count) const;
-    std::vector<T> decode_lanes(std::span<const T> codes, int lanes, int count);
+    void record();
+    void batch_loaded(std::span<const int> shapes) override;
+    std::vector<T> decode_lanes(std::span<const T> codes, int lanes, Activation activation) const;
+
+    using Model<T>::order_;
+    using Model<T>::inner_distances_;
+    using Model<T>::lane_mask_;
+    using Model<T>::parameters_;
+    using Model<T>::tape_;
+    using Model<T>::x_;
+    using Model<T>::total_;
 
     SpectralConfig config_;
+    SpectralLossConfig loss_;
     Options options_;
-    VertexOrder order_;
     ScaledLaplacian<T> laplacian_;
-    ReorderedDistances inner_distances_;
-    LaneMask<T> lane_mask_;
     std::vector<int> shapes_;  // of the lanes
-    ParameterSet<T> parameters_;
     Parameters indices_;
-    Tape<T> tape_;
     ComponentCenters<T> centers_;
     BatchTerms<T> batch_terms_;
-    Var x_, noise_, moments_, sampled_, total_;
+    Var noise_, moments_, sampled_;
     Var reconstruction_, kl_, sparsity_, range_, sparsity_range_;
 };
 

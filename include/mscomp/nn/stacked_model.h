@@ -10,11 +10,10 @@
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/nn/active_vertices.h"
 #include "mscomp/nn/config.h"
-#include "mscomp/nn/lane_batch.h"
+#include "mscomp/nn/model.h"
 #include "mscomp/nn/ops.h"
 #include "mscomp/nn/parameter_set.h"
 #include "mscomp/nn/tape.h"
-#include "mscomp/nn/vertex_order.h"
 
 namespace mscomp::nn {
 
@@ -30,10 +29,9 @@ struct AutoencoderTerms {
 
 /// The stacked attention autoencoders of [A]: level 0 has one autoencoder, every further level one
 /// per component of the level before (one per autoencoder without attention). Child number = parent
-/// number * components + component. All arrays that come in or go out are in the vertex order of
-/// the user; inside, vertices are in reverse Cuthill-McKee order.
+/// number * components + component.
 template <class T>
-class StackedModel {
+class StackedModel final : public Model<T> {
   public:
     struct Options {
         int batch = 256;  // most shapes of a forward pass
@@ -68,58 +66,42 @@ class StackedModel {
         Var code, mask, reconstruction, group_sparsity, range_penalty;
     };
 
-    StackedModel(const ModelConfig& config, const LossConfig& loss, const OneRings& rings,
+    StackedModel(const StackedConfig& config, const LossConfig& loss, const OneRings& rings,
                  DistanceRows& distances, const Options& options);
 
-    const ModelConfig& config() const { return config_; }
-    const VertexOrder& order() const { return order_; }
-    ParameterSet<T>& parameters() { return parameters_; }
-    const ParameterSet<T>& parameters() const { return parameters_; }
-    Tape<T>& tape() { return tape_; }
+    const StackedConfig& config() const { return config_; }
     const std::vector<Level>& levels() const { return levels_; }
-    /// Distances in inner numbering.
-    DistanceRows& inner_distances() { return inner_distances_; }
-    int vertex_count() const { return order_.vertex_count(); }
-    int batch_capacity() const { return options_.batch; }
+    T forward_and_backward() override;
+    std::vector<std::string> term_names() const override;
+    std::vector<double> term_values() override;
+    double touched() const override { return touched(static_cast<int>(levels_.size()) - 1); }
 
-    /// Makes shapes `which` of `features` (N,V,9) the batch; scaled features, at least one shape
-    /// and at most the capacity.
-    template <class Source>
-    void load_batch(std::span<const Source> features, std::span<const int> which);
-    /// The same from features that lie elsewhere and are not scaled yet.
-    void load_batch(const ScaledFeatures& features, std::span<const int> which);
-    /// A batch that was gathered in order() for lane_count(batch_capacity()) lanes.
-    void load_batch(const LaneBatch& batch);
+    void start(const TrainConfig& train, const ScaledFeatures& features,
+               std::span<const int> shapes) override;
+    void update(const TrainConfig& train, double rate, std::int64_t step) override;
 
-    /// Runs the batch; returns the total loss.
-    T forward();
-    /// Gradients of the last forward pass, added to those of the parameters.
-    void backward();
-    /// Both, faster, with the same result; nothing can be read in between, and afterwards there is
-    /// no reconstruction.
-    T forward_and_backward();
-
+    std::vector<LevelSize> level_sizes() const override;
+    bool refines_components() const override { return config_.attention; }
+    int component_weights(int level) const override {
+        return levels_[static_cast<std::size_t>(level)].weights;
+    }
     /// Terms of one autoencoder after forward.
     AutoencoderTerms terms(int level, int autoencoder);
-    /// Codes of a level after forward, (n, A*K).
-    std::vector<T> codes(int level);
+    std::vector<T> codes(int level) override;
     /// Input of one autoencoder after forward, (V,9,lanes) in inner vertex order.
     void input_rows(int level, int autoencoder, std::span<T> rows);
-    /// Sum of the outputs of the first `levels` levels after forward and before backward, (n,V,9).
-    std::vector<T> reconstruction(int levels);
-    /// Gradient of the batch after backward, (n,V,9); needs Options::input_gradient.
-    std::vector<T> input_gradient();
-    /// Output of one autoencoder for a code (K) of the caller, (V,9).
-    std::vector<T> decode(int level, int autoencoder, std::span<const T> code);
+    std::vector<T> reconstruction(int levels) override;
+    std::unique_ptr<CodeDecoder> decoder() const override;
 
-    /// Centre vertex of every component of a level, (A*K); empty before the first pass.
-    std::vector<int> centers(int level) const;
-    void set_centers(int level, std::vector<int> user);
+    std::vector<int> centers(int level) const override;
+    void set_centers(int level, std::vector<int> user) override;
 
     bool has_supports() const;
     /// Which vertices act in the autoencoders of a level, (A,V); others have zero weights.
     std::vector<std::uint8_t> acting(int level) const;
     void set_acting(int level, std::span<const std::uint8_t> user);
+    std::vector<std::uint8_t> acting_vertices() const override;
+    bool restore_acting_vertices(std::span<const std::uint8_t> acting) override;
     /// The last level acts where its weights are not zero and nowhere else.
     void act_where_weights_are();
     /// After backward and before the update of step `step`: evaluates the gradient of the component
@@ -138,10 +120,6 @@ class StackedModel {
     /// Share of vertices that the autoencoders of a level touch, on average.
     double touched(int level) const;
 
-    /// A parameter-sized array of entry `index` in the vertex order of the user, and back.
-    std::vector<T> to_user_order(int index, std::span<const T> inner) const;
-    void from_user_order(int index, std::span<const T> user, std::span<T> inner) const;
-
   private:
     void add_levels(const LossConfig& loss, Var x);
     Var add_fused(Level& level, const LossConfig& loss, Var source, Var mask, bool keeps_residual);
@@ -149,22 +127,23 @@ class StackedModel {
     void set_inner_acting(int level, std::span<const std::uint8_t> acts);
     std::vector<std::uint8_t> inner_acting(int level) const;
     std::vector<double> curvatures(int autoencoder);
-    std::vector<T> batch_rows(std::span<const T> rows) const;
-    void set_active_lanes(std::size_t count);
 
-    ModelConfig config_;
+    using Model<T>::order_;
+    using Model<T>::inner_distances_;
+    using Model<T>::lane_mask_;
+    using Model<T>::parameters_;
+    using Model<T>::tape_;
+    using Model<T>::x_;
+    using Model<T>::total_;
+
+    StackedConfig config_;
+    double sparsity_weight_;
     Options options_;
-    VertexOrder order_;
     RingTable<T> rings_;
-    ReorderedDistances inner_distances_;
-    LaneMask<T> lane_mask_;
-    ParameterSet<T> parameters_;
-    Tape<T> tape_;
     std::vector<std::unique_ptr<SparsityRows>> sparsity_;   // per level
     std::vector<std::unique_ptr<LevelSupports>> supports_;  // likewise
     std::vector<Autoencoder<T>*> fused_;                    // on the tape; none with small ops
     std::vector<Level> levels_;
-    Var total_;
 };
 
 }  // namespace mscomp::nn

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "mscomp/nn/spectral_vae.h"
 #include "mscomp/nn/stacked_model.h"
 
 namespace mscomp::nn {
@@ -20,6 +21,15 @@ void start_random(StackedModel<T>& model, std::uint64_t seed);
 /// whatever the batch. Once the input is explained the other components stay zero.
 template <class T>
 void start_deflation(StackedModel<T>& model, const ScaledFeatures& features,
+                     std::span<const int> shapes);
+
+/// The spectral VAE likewise: theta_0 is the identity and the other filters are zero, components
+/// act inside the initial range, and C_std gives every shape of the first batch the spread at which
+/// noise costs as much as it gains in divergence.
+template <class T>
+void start_random(SpectralVae<T>& model, std::uint64_t seed);
+template <class T>
+void start_deflation(SpectralVae<T>& model, const ScaledFeatures& features,
                      std::span<const int> shapes);
 
 /// The same with `features` (N,V,9) in memory, scaled already.

@@ -9,8 +9,8 @@
 
 #include "mscomp/nn/batch_loader.h"
 #include "mscomp/nn/config.h"
+#include "mscomp/nn/model.h"
 #include "mscomp/nn/model_file.h"
-#include "mscomp/nn/stacked_model.h"
 
 namespace mscomp::nn {
 
@@ -18,23 +18,23 @@ namespace mscomp::nn {
 struct EpochReport {
     TrainingState state;
     double total = 0;
-    std::vector<AutoencoderTerms> terms;  // per level, summed over its autoencoders, unweighted
+    std::vector<double> terms;  // in the order of Model::term_names(), unweighted
     double learning_rate = 0;
     double step_ms = 0;
     double touched = 1;  // share of the vertices that an autoencoder of the last level touches
 };
 
-/// Trains a stacked model. A step is a function of the parameters, the moments,
+/// Trains a model of any kind. A step is a function of the parameters, the moments,
 /// the centres, seed and step number and of nothing else: saved, loaded and continued gives the
 /// same bits as never stopped, for any number of threads.
 class Trainer {
   public:
     /// Borrows everything. `shapes` are those to train on (at least one). While they all fit into
     /// one batch they are read once; otherwise the next batch is gathered during a step.
-    Trainer(StackedModel<float>& model, const Config& config, const ScaledFeatures& features,
+    Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
             std::span<const int> shapes);
     /// `features` (N,V,9) in memory, scaled already.
-    Trainer(StackedModel<float>& model, const Config& config, std::span<const float> features,
+    Trainer(Model<float>& model, const Config& config, std::span<const float> features,
             std::span<const int> shapes);
 
     /// Parameters as Config::train.start says; state becomes zero.
@@ -56,7 +56,7 @@ class Trainer {
     void step(EpochReport& report);
     void require_finite(float loss);
 
-    StackedModel<float>& model_;
+    Model<float>& model_;
     const Config& config_;
     std::unique_ptr<MemoryFeatures> memory_;
     ScaledFeatures features_;
@@ -65,8 +65,5 @@ class Trainer {
     std::vector<int> loaded_;
     TrainingState state_;
 };
-
-/// Options a model gets for training under `config` on `shapes` shapes.
-StackedModel<float>::Options training_options(const Config& config, int shapes);
 
 }  // namespace mscomp::nn
