@@ -105,7 +105,7 @@ void FeatureRanges::add(std::span<const float> values, int shape) {
     }
 }
 
-FeatureScaler FeatureRanges::scaler(FeatureCenter center) const {
+FeatureScaler FeatureRanges::scaler(FeatureCenter center, FeatureScale scale) const {
     FeatureScaler scaler;
     scaler.center = center;
     for (const Group& group : groups_) {
@@ -121,6 +121,11 @@ FeatureScaler FeatureRanges::scaler(FeatureCenter center) const {
             at_reference ? kReferenceFeature[channel] : 0.5 * (smallest + largest);
         scaler.factor[channel] =
             factor_for(at_reference ? group.deviation : 0.5 * (largest - smallest));
+    }
+    if (at_reference && scale == FeatureScale::shared) {
+        const double shared =
+            factor_for(std::max(groups_.front().deviation, groups_.back().deviation));
+        for (double& factor : scaler.factor) factor = factor != 0 ? shared : 0;
     }
     return scaler;
 }

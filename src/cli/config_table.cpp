@@ -181,6 +181,7 @@ Table split_table(nn::SplitConfig& split) {
 }
 
 Table data_table(nn::DataConfig& data) {
+    using nn::Scale;
     using nn::Scaling;
     return {
         {"features", &data.features, {}, "from acapfeat extract; relative to this file"},
@@ -189,6 +190,10 @@ Table data_table(nn::DataConfig& data) {
          choice(data.center, {{Scaling::reference, "reference"}, {Scaling::minmax, "minmax"}}),
          {},
          "what maps to zero; minmax: the papers"},
+        {"scale",
+         choice(data.scale, {{Scale::shared, "shared"}, {Scale::separate, "separate"}}),
+         {},
+         "factors of rotation and stretch around the reference"},
     };
 }
 

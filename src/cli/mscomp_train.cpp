@@ -81,9 +81,11 @@ TrainingSetup prepare(const nn::Config& config) {
     const Split split = resolve_split(config.data.split, outline.shape_count(), "");
     if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
     const FeatureRanges ranges(setup.features, split.train);
-    setup.scaler =
-        ranges.scaler(config.data.center == nn::Scaling::minmax ? FeatureCenter::minmax
-                                                                : FeatureCenter::reference);
+    setup.scaler = ranges.scaler(config.data.center == nn::Scaling::minmax
+                                     ? FeatureCenter::minmax
+                                     : FeatureCenter::reference,
+                                 config.data.scale == nn::Scale::shared ? FeatureScale::shared
+                                                                        : FeatureScale::separate);
     const FeatureScaler minmax = ranges.scaler(FeatureCenter::minmax);
     setup.context.minmax_offset = minmax.offset;
     setup.context.minmax_factor = minmax.factor;

@@ -46,6 +46,29 @@ std::array<double, 2> range(const std::vector<float>& features, int group) {
 
 const std::vector<int> kAll{0, 1, 2, 3, 4};
 
+// One factor for all channels: the smaller one, so that nothing leaves the range; a zero range
+// keeps its zero.
+TEST(FeatureScaler, ASharedFactorIsTheSmallerOne) {
+    const FeatureSet set = random_set(4);
+    const FeatureRanges ranges(MemoryFeatures(set.features, set.vertex_count()), kAll);
+    const auto separate = ranges.scaler(FeatureCenter::reference, FeatureScale::separate);
+    const auto shared = ranges.scaler(FeatureCenter::reference, FeatureScale::shared);
+    ASSERT_NE(separate.factor[0], separate.factor[3]);
+    for (const double factor : shared.factor) {
+        EXPECT_EQ(factor, std::min(separate.factor[0], separate.factor[3]));
+    }
+    EXPECT_EQ(shared.offset, separate.offset);
+    FeatureSet only_turns = set;
+    for (std::size_t k = 0; k < only_turns.features.size(); ++k) {
+        const std::size_t channel = k % kFeatureDim;
+        if (channel >= kRotationDim) only_turns.features[k] = kReferenceFeature[channel];
+    }
+    const auto turns = FeatureRanges(MemoryFeatures(only_turns.features, set.vertex_count()), kAll)
+                           .scaler(FeatureCenter::reference, FeatureScale::shared);
+    EXPECT_GT(turns.factor[0], 0);
+    EXPECT_EQ(turns.factor[3], 0);
+}
+
 TEST(FeatureScaler, ReferenceGoesToZeroAndTheLargestTo095) {
     const FeatureSet set = random_set(4);
     const auto scaler = FeatureScaler::fit(set, kAll, FeatureCenter::reference);

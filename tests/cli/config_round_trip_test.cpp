@@ -42,6 +42,7 @@ nn::Config config_with_no_default() {
     c.data.split.seed = 18446744073709551615u;
     c.data.split.path = "null";
     c.data.center = nn::Scaling::minmax;
+    c.data.scale = nn::Scale::separate;
     c.train.epochs = 1;
     c.train.batch = 2147483647;
     c.train.learning_rate = 1e-300;
@@ -94,6 +95,7 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(r.data.split.seed, c.data.split.seed);
         EXPECT_EQ(r.data.split.path, c.data.split.path);
         EXPECT_EQ(r.data.center, c.data.center);
+        EXPECT_EQ(r.data.scale, c.data.scale);
         EXPECT_EQ(r.train.epochs, c.train.epochs);
         EXPECT_EQ(r.train.batch, c.train.batch);
         EXPECT_EQ(r.train.learning_rate, c.train.learning_rate);
@@ -196,6 +198,7 @@ TEST(ConfigRoundTrip, EveryKeyIsPrintedWithAComment) {
                             "seed",
                             "path",
                             "center",
+                            "scale",
                             "epochs",
                             "batch",
                             "learning_rate",

@@ -12,6 +12,8 @@
 namespace mscomp {
 
 enum class FeatureCenter { reference, minmax };
+/// Around the reference, r and S can have a factor each or one that suits both.
+enum class FeatureScale { shared, separate };
 
 /// Where an extreme value of the training features was found.
 struct FeatureExtreme {
@@ -28,7 +30,8 @@ class FeatureRanges {
     /// UsageError if there is none or one that `features` do not have, NumericalError if a value is
     /// not finite.
     FeatureRanges(const ShapeFeatures& features, std::span<const int> shapes);
-    FeatureScaler scaler(FeatureCenter center) const;
+    /// `scale` has no meaning for minmax, whose ranges are separate.
+    FeatureScaler scaler(FeatureCenter center, FeatureScale scale = FeatureScale::separate) const;
 
   private:
     struct Group {
@@ -42,7 +45,8 @@ class FeatureRanges {
 
 /// The affine map between ACAP features and what the network sees, one map for the three r channels
 /// and one for the six S channels, fitted on training shapes to [-0.95, 0.95] (method §1, scaling).
-/// `reference`: (r, S) -> (factor_r r, factor_S (S - I)); `minmax`: the two global ranges mapped
+/// `reference`: (r, S) -> (factor_r r, factor_S (S - I)), `shared`: both factors the smaller one, so
+/// that an error counts as far as it moves an edge, whether it turns or stretches it; `minmax`: the two global ranges mapped
 /// linearly. A range below 1e-5 (rounding of
 /// float32 features) counts as zero and gives zeros. Values outside the training range are not
 /// clamped.

@@ -61,11 +61,13 @@ struct SplitConfig {
 };
 
 enum class Scaling { reference, minmax };
+enum class Scale { shared, separate };
 
 struct DataConfig {
     std::string features;  // feature file; relative paths are relative to the config file
     SplitConfig split;
     Scaling center = Scaling::reference;
+    Scale scale = Scale::shared;
 };
 
 enum class Start { deflation, random };
