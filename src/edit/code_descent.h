@@ -20,9 +20,10 @@ struct CodeObjective {
     VertexFitOptions options;
 };
 
-/// Levenberg-Marquardt steps from `start` (K) towards `truth` (V), both finite. Throws
-/// NumericalError if the start decodes to features that are not finite.
+/// Levenberg-Marquardt steps from `start` (K) towards `truth` (V), both finite. Of the subset both
+/// lists are filled, ascending: the sums above are over its vertices and codes, centroids are those
+/// of its vertices. Throws NumericalError if the start decodes to features that are not finite.
 FittedShape descend(const CodeObjective& objective, std::span<const Point> truth,
-                    std::span<const float> start);
+                    std::span<const float> start, const FitSubset& subset);
 
 }  // namespace mscomp

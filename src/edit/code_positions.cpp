@@ -26,10 +26,12 @@ std::vector<Point> CodePositions::positions(std::span<const float> features,
 }
 
 std::vector<double> CodePositions::derivatives(std::span<const float> codes,
-                                               std::span<const float> features) const {
+                                               std::span<const float> features,
+                                               std::span<const int> which) const {
     std::vector<nn::DecoderColumn> columns = decoder_.derivatives(codes);
     std::vector<FeatureDirection> directions;
-    for (nn::DecoderColumn& column : columns) {
+    for (const int code : which) {
+        nn::DecoderColumn& column = columns[static_cast<std::size_t>(code)];
         for (std::size_t n = 0; n < column.values.size(); ++n) {
             const double factor = scaler_.factor[n % kFeatureDim];
             const auto value = static_cast<double>(column.values[n]);
@@ -37,7 +39,7 @@ std::vector<double> CodePositions::derivatives(std::span<const float> codes,
         }
         directions.push_back({column.vertices, column.values});
     }
-    std::vector<double> result(columns.size() * 3 * static_cast<std::size_t>(vertex_count()));
+    std::vector<double> result(which.size() * 3 * static_cast<std::size_t>(vertex_count()));
     if (poisson_) {
         poisson_->derivatives(features, directions, result);
     } else {

@@ -26,9 +26,10 @@ class CodePositions {
     /// (V) of features, as the solver places them.
     std::vector<Point> positions(std::span<const float> features,
                                  std::span<const Point> like) const;
-    /// (K,V,3) at `codes`, whose features are given; `lossless`: of its linear part.
-    std::vector<double> derivatives(std::span<const float> codes,
-                                    std::span<const float> features) const;
+    /// (n,V,3) in n of the codes `which` at `codes`, whose features are given; `lossless`: of its
+    /// linear part.
+    std::vector<double> derivatives(std::span<const float> codes, std::span<const float> features,
+                                    std::span<const int> which) const;
 
   private:
     const nn::CodeDecoder& decoder_;

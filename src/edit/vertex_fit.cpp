@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "code_descent.h"
 #include "mscomp/base/error.h"
@@ -44,6 +45,27 @@ Eigen::VectorXd stiffnesses(const std::vector<float>& deviations, int count) {
         result[static_cast<Eigen::Index>(k)] = 1 / (s * s);
     }
     return result;
+}
+
+/// What is listed, ascending; all of `count` if nothing is. Throws UsageError for what is not there
+/// or listed twice.
+std::vector<int> listed(std::vector<int> list, int count, const char* what) {
+    if (list.empty()) {
+        list.resize(static_cast<std::size_t>(count));
+        std::iota(list.begin(), list.end(), 0);
+        return list;
+    }
+    std::ranges::sort(list);
+    for (std::size_t n = 0; n < list.size(); ++n) {
+        if (list[n] < 0 || list[n] >= count) {
+            throw UsageError(
+                fmt::format("a fit of {} {}, wanted 0 to {}", what, list[n], count - 1));
+        }
+        if (n > 0 && list[n] == list[n - 1]) {
+            throw UsageError(fmt::format("a fit of {} {} twice, wanted it once", what, list[n]));
+        }
+    }
+    return list;
 }
 
 }  // namespace
@@ -86,7 +108,8 @@ VertexFit::VertexFit(VertexFit&&) noexcept = default;
 VertexFit& VertexFit::operator=(VertexFit&&) noexcept = default;
 VertexFit::~VertexFit() = default;
 
-FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> start) const {
+FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> start,
+                           const FitSubset& subset) const {
     if (truth.size() != static_cast<std::size_t>(state_->codes().vertex_count())) {
         throw MeshError(fmt::format("a shape of {} vertices to fit, wanted {}", truth.size(),
                                     static_cast<std::size_t>(state_->codes().vertex_count())));
@@ -95,12 +118,14 @@ FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> 
         throw UsageError(fmt::format("{} codes to start from, wanted {}", start.size(),
                                      state_->codes().code_count()));
     }
-    for (std::size_t i = 0; i < truth.size(); ++i) {
-        if (vec(truth[i]).allFinite()) continue;
-        throw NumericalError(fmt::format("vertex {} of the shape to fit is not finite", i));
+    const FitSubset all{listed(subset.codes, state_->codes().code_count(), "code"),
+                        listed(subset.vertices, state_->codes().vertex_count(), "vertex")};
+    for (const int v : all.vertices) {
+        if (vec(truth[static_cast<std::size_t>(v)]).allFinite()) continue;
+        throw NumericalError(fmt::format("vertex {} of the shape to fit is not finite", v));
     }
     if (!all_finite(start)) throw NumericalError("a code to start from is not finite");
-    return descend(state_->objective, truth, start);
+    return descend(state_->objective, truth, start, all);
 }
 
 std::vector<FittedShape> VertexFit::fit(std::span<const std::vector<Point>> truths,
@@ -124,7 +149,8 @@ std::vector<Point> VertexFit::positions(std::span<const float> codes,
 }
 
 std::vector<double> VertexFit::derivatives(std::span<const float> codes) const {
-    return state_->codes().derivatives(codes, state_->codes().features(codes));
+    return state_->codes().derivatives(codes, state_->codes().features(codes),
+                                       listed({}, state_->codes().code_count(), "code"));
 }
 
 }  // namespace mscomp

@@ -32,11 +32,19 @@ struct VertexFitOptions {
     std::vector<float> code_deviations;
 };
 
+/// What a fit may move and what it knows; empty means all. Vertices that are not listed need not be
+/// known: their truth is not looked at. Connected components without a listed vertex keep their
+/// place beside the first that has one.
+struct FitSubset {
+    std::vector<int> codes;     // the others stay at the start
+    std::vector<int> vertices;  // at least 3, or the turn of the shape is left open
+};
+
 struct FittedShape {
     std::vector<float> codes;     // (K)
     std::vector<Point> vertices;  // (V) of the codes, moved to the truth by the best motion g
-    double initial_rms = 0;       // root-mean-square difference of a coordinate at the start, and
-    double rms = 0;               // now, in the unit of the mesh
+    double initial_rms = 0;       // root-mean-square difference of a known coordinate at the start,
+    double rms = 0;               // and now, in the unit of the mesh
     int steps = 0;
     bool converged = false;
 };
@@ -60,9 +68,10 @@ class VertexFit {
 
     /// The fit of one shape (V) from `start` (K), e.g. the codes of the encoder. Safe to call from
     /// several threads, the same bits for any number of them. Throws MeshError for another V,
-    /// UsageError for another K, NumericalError if `truth`, `start` or what it decodes to is not
-    /// finite.
-    FittedShape fit(std::span<const Point> truth, std::span<const float> start) const;
+    /// UsageError for another K or a subset with what is not there, NumericalError if `truth`,
+    /// `start` or what it decodes to is not finite.
+    FittedShape fit(std::span<const Point> truth, std::span<const float> start,
+                    const FitSubset& subset = {}) const;
     /// Many shapes side by side, `starts` (N,K).
     std::vector<FittedShape> fit(std::span<const std::vector<Point>> truths,
                                  std::span<const float> starts) const;
