@@ -27,12 +27,10 @@ std::vector<Eigen::Vector3d> pulls_of(const FeatureEquations& equations,
                                       const std::vector<Eigen::Vector3d>& factors) {
     const OneRings& rings = equations.gradients().rings();
     const std::size_t count = equations.tangential().size();
-    // M_v^½ P_v (V).
-    std::vector<Eigen::Matrix3d> roots =
+    const std::vector<Eigen::Matrix3d> roots =
         equations.wanted(std::vector<Eigen::Matrix3d>(count, Eigen::Matrix3d::Identity()));
     std::vector<Eigen::Vector3d> pulls(factors.size());
     for (std::size_t v = 0; v < count; ++v) {
-        roots[v] *= equations.tangential()[v];
         for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
             const auto k = static_cast<std::size_t>(at);
             pulls[k] = roots[v] * factors[k];

@@ -23,7 +23,7 @@ class TangentialSolve {
     double residual(const std::vector<Eigen::Matrix3d>& wanted,
                     const std::vector<Point>& shape) const;
 
-    /// What T_v adds to the right-hand side of its neighbour j: T_v M_v^½ P_v P_v g_vj.
+    /// What T_v adds to the right-hand side of its neighbour j is T_v times this, M_v^½ P_v g_vj.
     const std::vector<Eigen::Vector3d>& pulls() const { return pulls_; }
 
     /// Has nearly the pattern of all systems on two rings.
