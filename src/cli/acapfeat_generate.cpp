@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <memory>
 
 #include "acapfeat_commands.h"
@@ -11,6 +10,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/cli/outputs.h"
 #include "number_of.h"
+#include "seed_option.h"
 
 namespace mscomp {
 namespace {
@@ -93,15 +93,6 @@ void refuse_foreign_options(const Generator& generator, const GenerateCommand& o
             }
         }
     }
-}
-
-/// The parser would take -1 for 2^64 - 1.
-std::string is_seed(const std::string& text) {
-    std::uint64_t seed = 0;
-    const char* end = text.data() + text.size();
-    const auto [at, error] = std::from_chars(text.data(), end, seed);
-    if (error == std::errc{} && at == end) return "";
-    return fmt::format("got {}, wanted a whole number from 0 to 2^64 - 1", text);
 }
 
 /// Of the float32 positions alone; while it is made the sequence takes a multiple.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,36 @@ struct DecodeOptions {
 };
 void setup_decode(CLI::App& app);
 void run_decode(const DecodeOptions& options);
+
+struct SynthesizeOptions {
+    std::string run;
+    std::vector<std::string> weights;  // ID=W
+    std::string output;                // mesh; empty: none
+    std::string sheet;                 // picture; empty: none
+    std::vector<std::string> components;
+    int strongest = 3;  // where no components are named
+    int level = -1;     // of them; -1: any
+    std::vector<double> sheet_weights{0.3, 0.7, 1.1};
+    int tile = 300;
+    bool list = false;
+    CommonOptions common;
+};
+void setup_synthesize(CLI::App& app);
+void run_synthesize(const SynthesizeOptions& options);
+
+struct SampleOptions {
+    std::string run;
+    std::string output;
+    int count = 12;
+    std::uint64_t seed = 0;
+    std::string from;  // prior | fitted; empty: by the kind
+    bool independent = false;
+    std::string format = "obj";
+    int tile = 300;
+    CommonOptions common;
+};
+void setup_sample(CLI::App& app);
+void run_sample(const SampleOptions& options);
 
 struct EvaluateOptions {
     std::string run;

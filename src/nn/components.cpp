@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 namespace mscomp::nn {
@@ -22,23 +23,10 @@ double row_norm(std::span<const float> rows, std::int64_t vertex) {
     return std::sqrt(sum);
 }
 
-/// Unscaled features at `codes` minus those whose scaled features are `base`.
-std::vector<float> unscaled_difference(const CodeDecoder& decoder, std::span<const float> codes,
-                                       const std::vector<float>& base,
-                                       const std::array<double, kFeatureDim>& factor) {
-    std::vector<float> difference = decoder.decode(codes);
-    for (std::size_t i = 0; i < difference.size(); ++i) {
-        const double f = factor[i % kFeatureDim];
-        const double change = static_cast<double>(difference[i]) - static_cast<double>(base[i]);
-        difference[i] = f != 0 ? static_cast<float>(change / f) : 0.0F;
-    }
-    return difference;
-}
-
 double total_norm(const std::vector<float>& difference) {
     double sum = 0;
     for (const float x : difference) sum += static_cast<double>(x) * static_cast<double>(x);
-    return sum;
+    return std::sqrt(sum);
 }
 
 /// [A] eq. 7 and the filter.
@@ -121,7 +109,7 @@ void decode_ends(Component& component, const CodeDecoder& decoder, std::vector<f
                  const std::array<double, kFeatureDim>& factor) {
     const auto at_code = [&](double code) {
         codes[index] = static_cast<float>(code);
-        return unscaled_difference(decoder, codes, base, factor);
+        return feature_change(decoder, codes, base, factor);
     };
     component.code_end = component.code_min;
     component.code_other = component.code_max;
@@ -131,9 +119,32 @@ void decode_ends(Component& component, const CodeDecoder& decoder, std::vector<f
         std::swap(component.code_end, component.code_other);
         std::swap(component.difference, component.other_difference);
     }
+    component.distance = total_norm(component.difference);
 }
 
 }  // namespace
+
+std::vector<float> feature_change(const CodeDecoder& decoder, std::span<const float> codes,
+                                  std::span<const float> base,
+                                  const std::array<double, kFeatureDim>& factor) {
+    std::vector<float> difference = decoder.decode(codes);
+    for (std::size_t i = 0; i < difference.size(); ++i) {
+        const double f = factor[i % kFeatureDim];
+        const double change = static_cast<double>(difference[i]) - static_cast<double>(base[i]);
+        difference[i] = f != 0 ? static_cast<float>(change / f) : 0.0F;
+    }
+    return difference;
+}
+
+std::vector<int> strongest_first(const std::vector<Component>& components) {
+    std::vector<int> order(components.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, [&](int a, int b) {
+        const Component &x = components[at(a)], &y = components[at(b)];
+        return x.level != y.level ? x.level < y.level : x.distance > y.distance;
+    });
+    return order;
+}
 
 std::vector<Component> extract_components(Model<float>& model,
                                           const std::vector<std::vector<float>>& codes,
@@ -165,6 +176,7 @@ std::vector<Component> extract_components(Model<float>& model,
             const std::size_t code = components.size();
             Component c;
             c.level = l;
+            c.code = static_cast<int>(code);
             c.autoencoder = row / level.components;
             c.index = row % level.components;
             c.parent = parent_id(model, levels, l, c.autoencoder);

@@ -11,40 +11,18 @@
 #include "op_table.h"
 #include "shapes.h"
 #include "small_training.h"
+#include "two_components.h"
 
 namespace mscomp::nn {
 namespace {
 
-/// A line of five vertices 1/4 apart and two components that overlap at vertex 0. Convolutions are
-/// the identity, so codes and features can be written down: z_k = sum C_k tanh(x), tanh(sum C_k
-/// z_k).
 class ByHand : public testing::Test {
   protected:
-    ByHand() {
-        config_.levels = {{2, 1.0, 1.0, {}}};
-        model_ = std::make_unique<StackedModel<float>>(
-            config_, LossConfig{}, one_rings_of_faces(5, {{0, 1, 2}, {2, 3, 4}}), line_,
-            StackedModel<float>::Options{});
+    std::vector<Component> all(const FilterConfig& filter = {}) {
+        return extract_components(*hand_.model, hand_.codes, hand_.reference, hand_.factor, filter,
+                                  hand_.line);
     }
-
-    void SetUp() override {
-        const auto& level = model_->levels()[0];
-        std::vector<float> weights(std::size_t{2} * 5 * 9, 0.0F);
-        weights[0] = 0.5F;          // component 0: vertex 0, channel 0,
-        weights[2 * 9 + 4] = 1.0F;  // vertex 2, channel 4, the longest,
-        weights[3 * 9] = 0.004F;    // vertex 3, channel 0, hardly
-        weights[5 * 9] = 0.25F;     // component 1: vertex 0, channel 0
-        ParameterSet<float>& parameters = model_->parameters();
-        model_->from_user_order(level.weights, weights, parameters.value(level.weights));
-        for (std::size_t i = 0; i < 81; i += 10) parameters.value(level.w_own)[i] = 1;
-        model_->set_centers(0, {1, 0});  // inside the range of every vertex: they stay
-        reference_[0] = static_cast<float>(std::atanh(0.2));
-        factor_.fill(0.5);
-    }
-
-    Component first(FilterConfig filter = {}) {
-        return extract_components(*model_, codes_, reference_, factor_, filter, line_).front();
-    }
+    Component first(FilterConfig filter = {}) { return all(filter).front(); }
     /// Length of the change of vertex 0, 2 and 3 between the reference and code 2 of component 0.
     double at_vertex_0() const {
         return std::abs(std::tanh(0.5 * 2 + 0.25 * 0.05) - std::tanh(0.5 * 0.1 + 0.25 * 0.05)) /
@@ -53,23 +31,18 @@ class ByHand : public testing::Test {
     double at_vertex_2() const { return (std::tanh(2.0) - std::tanh(0.1)) / 0.5; }
     double at_vertex_3() const { return (std::tanh(0.008) - std::tanh(0.0004)) / 0.5; }
 
-    LineDistances line_{5};
-    StackedConfig config_;
-    std::unique_ptr<StackedModel<float>> model_;
-    std::vector<float> reference_ = std::vector<float>(45, 0.0F);
-    std::array<double, 9> factor_{};
-    /// Two shapes, (n, K).
-    std::vector<std::vector<float>> codes_{{-0.5F, 0.0F, 2.0F, 0.0F}};
+    TwoComponents hand_;
 };
 
 // The code of the reference is what the encoder gives for it: 0.5 * 0.2 here.
 TEST_F(ByHand, CodesSpanTheTrainingShapesAndTheReference) {
-    const auto components = extract_components(*model_, codes_, reference_, factor_, {}, line_);
+    const auto components = all();
     ASSERT_EQ(components.size(), 2U);
     EXPECT_NEAR(components[0].code_reference, 0.1, 1e-6);
     EXPECT_EQ(components[0].code_min, -0.5);
     EXPECT_EQ(components[0].code_max, 2.0);
     EXPECT_EQ(components[0].code_end, 2.0);  // moves the shape more than -0.5 does
+    EXPECT_EQ(components[0].code_other, -0.5);
     EXPECT_NEAR(components[1].code_reference, 0.05, 1e-6);
     EXPECT_EQ(components[1].code_min, 0.0);
     EXPECT_NEAR(components[1].code_max, 0.05, 1e-6);
@@ -91,6 +64,38 @@ TEST_F(ByHand, DifferenceIsThatOfTheDecodedFeatures) {
     EXPECT_NEAR(c.difference[2 * 9 + 4], at_vertex_2(), 1e-6);
     EXPECT_NEAR(c.difference[3 * 9], at_vertex_3(), 1e-6);
     EXPECT_EQ(c.difference[9], 0.0F);
+}
+
+// Both ends: at -0.5 vertex 2 is tanh(-0.5), at the reference tanh(0.1), of half the size.
+TEST_F(ByHand, OtherDifferenceIsThatOfTheOtherEnd) {
+    const Component c = first();
+    EXPECT_NEAR(c.other_difference[2 * 9 + 4], (std::tanh(-0.5) - std::tanh(0.1)) / 0.5, 1e-6);
+    EXPECT_NEAR(c.other_difference[0], (std::tanh(-0.25 + 0.0125) - std::tanh(0.05 + 0.0125)) / 0.5,
+                1e-6);
+    EXPECT_EQ(c.other_difference[9], 0.0F);
+}
+
+// [B] 5.1: |Dec(z_end) - Dec(z_r)| over all features, unscaled.
+TEST_F(ByHand, DistanceIsThatOfTheEndFromTheReference) {
+    const std::vector<Component> both = all();
+    EXPECT_NEAR(both[0].distance, std::hypot(at_vertex_0(), at_vertex_2(), at_vertex_3()), 1e-6);
+    const double farther = std::tanh(0.05 + 0.25 * 0.05) - std::tanh(0.05);  // its end is 0
+    EXPECT_NEAR(both[1].distance, farther / 0.5, 1e-6);
+    EXPECT_EQ(both[0].code, 0);
+    EXPECT_EQ(both[1].code, 1);
+}
+
+// Coarse to fine, then by distance; ids and equal ones keep their order.
+TEST(Components, StrongestFirstIsByDistanceWithinALevel) {
+    std::vector<Component> components(6);
+    const std::array<int, 6> levels{0, 0, 0, 1, 1, 1};
+    const std::array<double, 6> distances{1, 3, 2, 5, 9, 5};
+    for (std::size_t i = 0; i < 6; ++i) {
+        components[i].level = levels[i];
+        components[i].distance = distances[i];
+        components[i].strength = -distances[i];
+    }
+    EXPECT_EQ(strongest_first(components), (std::vector<int>{1, 2, 0, 4, 3, 5}));
 }
 
 // [A] eq. 7: the mean length over the vertices above 1 % of the peak, here 0 and 2.

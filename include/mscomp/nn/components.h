@@ -18,6 +18,7 @@ struct Component {
     std::string id;  // path from the coarsest level: "3" is component 3 of level 0, "3.1" its child
     int level = 0;
     std::string parent;                 // id of the component one level coarser, empty at level 0
+    int code = 0;                       // its entry among all codes (code_decoder.h)
     int autoencoder = 0;                // within the level
     int index = 0;                      // within the autoencoder
     int center = 0;                     // vertex its support lies around
@@ -27,6 +28,8 @@ struct Component {
     double code_end = 0;                // the end (min or max) that moves the shape more
     double code_other = 0;              // the other end
     double strength = 0;                // I(X) of [A] eq. 7, unscaled features
+    double distance = 0;                // |difference|, how far the end is from the reference ([B]
+                                        // §5.1): the order of components
     bool kept = true;
     std::string reason;  // why it was dropped, empty if kept
     int support = 0;     // vertices with component weights that are not exactly zero
@@ -47,6 +50,15 @@ std::vector<Component> extract_components(Model<float>& model,
                                           std::span<const float> reference,
                                           const std::array<double, kFeatureDim>& factor,
                                           const FilterConfig& filter, DistanceRows& distances);
+
+/// Where each component of `components` comes in the order of analysis: coarse to fine, within a
+/// level the one whose end is farthest from the reference first, as listed where they are equal.
+std::vector<int> strongest_first(const std::vector<Component>& components);
+
+/// Unscaled features (V,9) at `codes` minus those whose scaled features are `base`.
+std::vector<float> feature_change(const CodeDecoder& decoder, std::span<const float> codes,
+                                  std::span<const float> base,
+                                  const std::array<double, kFeatureDim>& factor);
 
 /// Mean share of the vertices that the components of `level` act on (kept and dropped alike).
 double mean_support(const std::vector<Component>& components, int level, int vertex_count);

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "component_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+
+#include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/base/feature_set.h"
+
+namespace mscomp {
+namespace {
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// Length of each row of (V,9).
+std::vector<float> row_lengths(std::span<const float> rows) {
+    std::vector<float> lengths;
+    for (std::size_t i = 0; i < rows.size(); i += kFeatureDim) {
+        float square = 0;
+        for (std::size_t c = 0; c < kFeatureDim; ++c) square += rows[i + c] * rows[i + c];
+        lengths.push_back(std::sqrt(square));
+    }
+    return lengths;
+}
+
+float full_color_amount(const std::vector<float>& amount) {
+    std::vector<float> moving;
+    std::ranges::copy_if(amount, std::back_inserter(moving), [](float a) { return a > 0; });
+    if (moving.empty()) return 0;
+    const auto at = moving.begin() + static_cast<std::ptrdiff_t>((moving.size() - 1) * 98 / 100);
+    std::nth_element(moving.begin(), at, moving.end());
+    return *at;
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Sum of the areas of the faces of every number in `parts` (V), those of its vertices alone.
+std::map<int, double> part_areas(const TriangleMesh& mesh, const std::vector<int>& parts) {
+    std::map<int, double> areas;
+    for (const Face& face : mesh.faces) {
+        const auto corner = [&](int i) { return static_cast<std::size_t>(face[at(i)]); };
+        const int part = parts[corner(0)];
+        if (parts[corner(1)] != part || parts[corner(2)] != part) continue;
+        std::array<double, 3> a{}, b{};
+        for (std::size_t x = 0; x < 3; ++x) {
+            a[x] = mesh.vertices[corner(1)][x] - mesh.vertices[corner(0)][x];
+            b[x] = mesh.vertices[corner(2)][x] - mesh.vertices[corner(0)][x];
+        }
+        areas[part] += std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                                  a[0] * b[1] - a[1] * b[0]) /
+                       2;
+    }
+    return areas;
+}
+
+/// The pieces of the mesh that are left without the vertices that change; those are pieces of one
+/// vertex each.
+std::vector<int> still_pieces(const TriangleMesh& mesh, const std::vector<float>& amount) {
+    std::vector<Face> faces;
+    for (const Face& face : mesh.faces) {
+        if (std::ranges::all_of(face, [&](int v) { return amount[at(v)] == 0; })) {
+            faces.push_back(face);
+        }
+    }
+    return connected_components(one_rings_of_faces(mesh.vertex_count(), faces));
+}
+
+}  // namespace
+
+ComponentShapes::ComponentShapes(const nn::ModelContext& context)
+    : reference_(context.reference),
+      parts_(connected_components(
+          one_rings_of_faces(context.reference.vertex_count(), context.reference.faces))),
+      reconstruction_(context.reference, parse_edge_weights(context.weights)) {}
+
+TriangleMesh ComponentShapes::mesh(std::span<const float> change) const {
+    std::vector<float> features(change.begin(), change.end());
+    for (std::size_t i = 0; i < features.size(); ++i) {
+        features[i] += kReferenceFeature[i % kFeatureDim];
+    }
+    TriangleMesh mesh{reconstruction_.solve(features).vertices, reference_.faces};
+    const std::vector<float> amount = row_lengths(change);
+    keep_still(mesh, amount);
+    return mesh;
+}
+
+void ComponentShapes::keep_still(TriangleMesh& mesh, const std::vector<float>& amount) const {
+    const std::vector<int> pieces = still_pieces(reference_, amount);
+    const std::map<int, double> areas = part_areas(reference_, pieces);
+    std::map<int, int> largest;  // of the pieces of each part
+    for (std::size_t v = 0; v < pieces.size(); ++v) {
+        const auto area = areas.find(pieces[v]);
+        if (area == areas.end()) continue;
+        const auto [entry, is_first] = largest.emplace(parts_[v], pieces[v]);
+        if (!is_first && area->second > areas.at(entry->second)) entry->second = pieces[v];
+    }
+    std::map<int, std::array<std::vector<double>, 3>> moves;
+    for (std::size_t v = 0; v < pieces.size(); ++v) {
+        const auto piece = largest.find(parts_[v]);
+        if (piece != largest.end() && piece->second != pieces[v]) continue;
+        for (std::size_t x = 0; x < 3; ++x) {
+            moves[parts_[v]][x].push_back(mesh.vertices[v][x] - reference_.vertices[v][x]);
+        }
+    }
+    std::map<int, Point> move;
+    for (auto& [part, of_axes] : moves) {
+        for (std::size_t x = 0; x < 3; ++x) move[part][x] = median(std::move(of_axes[x]));
+    }
+    for (std::size_t v = 0; v < pieces.size(); ++v) {
+        for (std::size_t x = 0; x < 3; ++x) mesh.vertices[v][x] -= move.at(parts_[v])[x];
+    }
+}
+
+ColoredShape ComponentShapes::colored(std::span<const float> change) const {
+    ColoredShape shape{mesh(change), row_lengths(change), 0};
+    shape.full_blue = full_color_amount(shape.amount);
+    return shape;
+}
+
+std::vector<float> ComponentShapes::displacement(const TriangleMesh& mesh) const {
+    std::vector<float> distance;
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        const Point &p = mesh.vertices[v], &q = reference_.vertices[v];
+        distance.push_back(static_cast<float>(std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2])));
+    }
+    return distance;
+}
+
+std::vector<std::array<float, 3>> colors_of(const ColoredShape& shape) {
+    std::vector<std::array<float, 3>> colors;
+    for (const float amount : shape.amount) {
+        colors.push_back(white_to_blue(shape.full_blue > 0 ? amount / shape.full_blue : 0));
+    }
+    return colors;
+}
+
+void write_colored_ply(const std::string& path, const ColoredShape& shape) {
+    std::vector<VertexColor> colors;
+    const auto byte = [](float x) { return static_cast<std::uint8_t>(std::lround(255 * x)); };
+    for (const auto& color : colors_of(shape)) {
+        colors.push_back({byte(color[0]), byte(color[1]), byte(color[2])});
+    }
+    write_ply(path, shape.mesh, colors, shape.amount);
+}
+
+SheetView common_view(const TriangleMesh& reference, std::span<const ColoredShape> shapes,
+                      int longer_side) {
+    std::vector<Point> all = reference.vertices;
+    for (const ColoredShape& shape : shapes) {
+        all.insert(all.end(), shape.mesh.vertices.begin(), shape.mesh.vertices.end());
+    }
+    const View view = framed(fit_view(reference.vertices), all);
+    const auto [width, height] = picture_size(view, longer_side);
+    return {framed(view, all, static_cast<double>(width) / height), width, height};
+}
+
+Image picture_of(const ColoredShape& shape, const SheetView& view) {
+    return render_mesh(shape.mesh, colors_of(shape), view.view, view.width, view.height);
+}
+
+}  // namespace mscomp
