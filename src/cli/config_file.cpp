@@ -20,9 +20,10 @@ nn::Config read_config(const std::string& path, const std::vector<std::string>& 
 nn::Config parse_config(std::string_view yaml, const std::string& path,
                         const std::vector<std::string>& overrides) {
     // Keys and defaults depend on the kind, so it has to be known first.
-    nn::Config config = nn::default_config(kind_in(yaml, path, overrides));
+    const YAML::Node document = load_document(std::string(yaml), path, "YAML");
+    nn::Config config = nn::default_config(kind_in(document, overrides));
     ConfigReader reader(config);
-    reader.read_document(yaml, path);
+    reader.read_document(document, path);
     for (const std::string& text : overrides) reader.read_override(text);
     reader.check(path);
     return config;

@@ -74,7 +74,17 @@ const Key* find_key(const Table& table, std::string_view name) {
     return key == table.end() ? nullptr : &*key;
 }
 
-YAML::Node load_single(std::string yaml, const std::string& path, const std::string& key) {
+/// What `node` names as model.kind, if it is a known kind.
+std::optional<std::string> known_kind(const YAML::Node& model) {
+    if (!model.IsMap() || !model["kind"] || !model["kind"].IsScalar()) return {};
+    const std::string kind = model["kind"].Scalar();
+    const std::vector<std::string> kinds = nn::model_kinds();
+    return std::ranges::find(kinds, kind) != kinds.end() ? std::optional(kind) : std::nullopt;
+}
+
+}  // namespace
+
+YAML::Node load_document(std::string yaml, const std::string& path, const std::string& key) {
     // yaml-cpp 0.7 misses a quote that is never closed if a line break ends the text.
     yaml.erase(yaml.find_last_not_of(" \t\r\n") + 1);
     try {
@@ -92,19 +102,7 @@ YAML::Node load_single(std::string yaml, const std::string& path, const std::str
     }
 }
 
-/// What `node` names as model.kind, if it is a known kind.
-std::optional<std::string> known_kind(const YAML::Node& model) {
-    if (!model.IsMap() || !model["kind"] || !model["kind"].IsScalar()) return {};
-    const std::string kind = model["kind"].Scalar();
-    const std::vector<std::string> kinds = nn::model_kinds();
-    return std::ranges::find(kinds, kind) != kinds.end() ? std::optional(kind) : std::nullopt;
-}
-
-}  // namespace
-
-std::string kind_in(std::string_view yaml, const std::string& path,
-                    const std::vector<std::string>& overrides) {
-    const YAML::Node root = load_single(std::string(yaml), path, "YAML");
+std::string kind_in(const YAML::Node& root, const std::vector<std::string>& overrides) {
     std::string kind = nn::model_kinds().front();
     if (root.IsMap() && root["model"]) kind = known_kind(root["model"]).value_or(kind);
     for (const std::string& text : overrides) {
@@ -112,16 +110,23 @@ std::string kind_in(std::string_view yaml, const std::string& path,
         if (text.starts_with("model.kind=")) {
             model["kind"] = text.substr(text.find('=') + 1);
         } else if (text.starts_with("model=")) {
-            model = load_single(text.substr(text.find('=') + 1), "--set " + text, "model");
+            model = load_document(text.substr(text.find('=') + 1), "--set " + text, "model");
         }
         kind = known_kind(model).value_or(kind);
     }
     return kind;
 }
 
-void ConfigReader::read_document(std::string_view yaml, const std::string& path) {
+std::optional<std::string> kind_in(const Setting& setting) {
+    if (setting.key == "model") return known_kind(setting.value);
+    if (setting.key != "model.kind") return {};
+    YAML::Node model;
+    model["kind"] = setting.value;
+    return known_kind(model);
+}
+
+void ConfigReader::read_document(const YAML::Node& root, const std::string& path) {
     path_ = path;
-    const YAML::Node root = load_single(std::string(yaml), path, "YAML");
     if (root.IsNull()) return;
     if (!root.IsMap()) {
         throw ConfigError(position_of(root, path), "configuration",
@@ -139,9 +144,14 @@ void ConfigReader::read_override(const std::string& text) {
         throw ConfigError({path_}, text, "wanted key=value, e.g. train.epochs=100");
     }
     const std::string dotted = text.substr(0, equals);
-    const Key key = find(dotted);
-    const YAML::Node value = load_single(text.substr(equals + 1), path_, dotted);
+    const Key key = find(dotted, {path_});
+    const YAML::Node value = load_document(text.substr(equals + 1), path_, dotted);
     read_field(key, value, dotted);
+}
+
+void ConfigReader::read_setting(const Setting& setting) {
+    path_ = setting.where.path;
+    read_field(find(setting.key, setting.where), setting.value, setting.key);
 }
 
 void ConfigReader::check(const std::string& path) const {
@@ -216,7 +226,7 @@ void ConfigReader::read_levels(std::vector<nn::LevelConfig>& levels, const YAML:
     levels = std::move(read);
 }
 
-Key ConfigReader::find(std::string_view dotted) const {
+Key ConfigReader::find(std::string_view dotted, const FilePosition& where) const {
     Key key{"", table_, {}, ""};
     std::size_t begin = 0;
     while (begin <= dotted.size()) {
@@ -224,15 +234,15 @@ Key ConfigReader::find(std::string_view dotted) const {
         const std::string_view name = dotted.substr(begin, end - begin);
         const auto* section = std::get_if<Table>(&key.field);
         const Key* next = section ? find_key(*section, name.substr(0, name.find('['))) : nullptr;
-        if (next == nullptr) fail_unknown({path_}, std::string(dotted));
+        if (next == nullptr) fail_unknown(where, std::string(dotted));
         key = Key(*next);
         if (name.find('[') != std::string_view::npos) {
             const auto* levels = std::get_if<std::vector<nn::LevelConfig>*>(&key.field);
             const std::optional<std::size_t> index = index_of(name);
-            if (levels == nullptr) fail_unknown({path_}, std::string(dotted));
+            if (levels == nullptr) fail_unknown(where, std::string(dotted));
             if (!index || *index >= (*levels)->size()) {
                 throw ConfigError(
-                    {path_}, std::string(dotted),
+                    where, std::string(dotted),
                     fmt::format("no such level; there are {}, numbered from 0", (*levels)->size()));
             }
             key.field = level_table((**levels)[*index]);

@@ -244,6 +244,7 @@ void run_train(const TrainOptions& options) {
         trainer.start();
     }
     train(options, run, setup, trainer, log);
+    if (!options.report) return;
     fmt::print("{}: {} epochs, {} steps, loss {:.6g}; peak memory {:.0f} MiB\n", run,
                trainer.state().epoch, trainer.state().step, trainer.state().total,
                peak_memory_mib());
