@@ -24,6 +24,7 @@ struct TrainOptions {
     std::string output;  // run folder; empty: the name of the config with .run
     std::vector<std::string> overrides;
     bool resume = false;
+    bool report = true;  // print what came out
     CommonOptions common;
 };
 void setup_train(CLI::App& app);
@@ -103,5 +104,14 @@ struct EvaluateOptions {
 };
 void setup_evaluate(CLI::App& app);
 void run_evaluate(const EvaluateOptions& options);
+
+struct SweepOptions {
+    std::string sweep;
+    std::string output;
+    std::vector<std::string> overrides;
+    CommonOptions common;
+};
+void setup_sweep(CLI::App& app);
+void run_sweep(const SweepOptions& options);
 
 }  // namespace mscomp
