@@ -14,6 +14,8 @@ int main(int argc, char** argv) {
     mscomp::setup_run_info(app);
     mscomp::setup_export(app);
     mscomp::setup_decode(app);
+    mscomp::setup_evaluate(app);
+    mscomp::setup_sweep(app);
     mscomp::setup_synthesize(app);
     mscomp::setup_sample(app);
     return mscomp::run_program(app, argc, argv);

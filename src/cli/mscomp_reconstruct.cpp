@@ -5,11 +5,8 @@
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
-#include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
-#include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
@@ -17,99 +14,88 @@
 #include "mscomp/cli/shape_files.h"
 #include "mscomp/eval/measures.h"
 #include "mscomp_commands.h"
-#include "trained_run.h"
+#include "shape_decoder.h"
 
 namespace mscomp {
 namespace {
 
-constexpr int kBatch = 64;
-
-void require_same_mesh(const FeatureSet& set, const TrainedRun& run, const std::string& path) {
-    const TriangleMesh& reference = run.context().reference;
-    if (set.vertex_count() != reference.vertex_count()) {
-        throw InputError({path}, fmt::format("{} vertices, but the model was trained on {}",
-                                             set.vertex_count(), reference.vertex_count()));
-    }
-    if (set.reference.faces != reference.faces) {
-        throw InputError({path}, "other faces than the model was trained on");
-    }
-}
-
-std::vector<int> chosen_shapes(const DecodeOptions& options, const TrainedRun& run, int count) {
-    std::vector<int> shapes;
-    if (options.split == "all") {
-        shapes.resize(static_cast<std::size_t>(count));
-        std::iota(shapes.begin(), shapes.end(), 0);
-        return shapes;
-    }
-    shapes = options.split == "train" ? run.context().train_shapes : run.context().test_shapes;
-    if (shapes.empty()) throw UsageError(fmt::format("--split {}: has no shapes", options.split));
-    if (shapes.back() >= count) {
-        throw InputError({options.features}, fmt::format("{} shapes, but --split {} names shape {}",
-                                                         count, options.split, shapes.back()));
-    }
-    return shapes;
-}
-
-/// What comes out beside the meshes.
-struct Fit {
-    double rms_error = 0;
+/// How far what comes out is from what went in.
+struct FitErrors {
+    explicit FitErrors(const std::vector<Point>& reference) : rms(reference) {}
+    RmsError rms;
     double relative_squared_error_max = 0;
 };
 
-Fit decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureFile& file,
-                  const std::vector<int>& shapes, int levels) {
-    const FeatureScaler scaler = run.scaler();
-    FeatureScaler minmax;
-    minmax.offset = run.context().minmax_offset;
-    minmax.factor = run.context().minmax_factor;
-    const LosslessReconstruction reconstruction(run.context().reference,
-                                                parse_edge_weights(run.context().weights));
+void add(FitErrors& errors, const ShapeDecoder& decoder, int shape, const DecodedShape& decoded) {
+    errors.rms.add(decoder.truth(shape), decoded.vertices);
+    if (const auto error = decoder.relative_squared_error_of(shape, decoded)) {
+        errors.relative_squared_error_max = std::max(errors.relative_squared_error_max, *error);
+    }
+}
+
+struct BothErrors {
+    FitErrors features, vertices;  // the latter empty unless asked for
+};
+
+BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureFile& file,
+                         const std::vector<int>& shapes, int levels) {
+    const TriangleMesh& reference = run.context().reference;
+    const bool fits_vertices = options.fit == "vertices";
     const std::vector<std::string> names = shape_file_names(file.outline().names);
-    const nn::ScaledFeatures scaled{file, scaler.offset, scaler.factor};
-    RmsError rms(run.context().reference.vertices);
-    Fit fit;
+    std::size_t written = 0;
+    const auto check_stop = [&] {
+        throw_if_interrupted(fmt::format("interrupted; {} of {} meshes are in {}", written,
+                                         shapes.size(), options.output));
+    };
+    ShapeDecoder decoder(run, file, check_stop);
+    BothErrors errors{FitErrors(reference.vertices), FitErrors(reference.vertices)};
     Progress progress("reconstruct", static_cast<std::int64_t>(shapes.size()),
                       progress_options(options.common.quiet));
-    const auto size = static_cast<std::size_t>(file.vertex_count()) * kFeatureDim;
-    for (std::size_t first = 0; first < shapes.size(); first += kBatch) {
-        const std::span<const int> batch = std::span<const int>(shapes).subspan(
-            first, std::min<std::size_t>(kBatch, shapes.size() - first));
-        run.model->load_batch(scaled, batch);
-        run.model->forward();
-        std::vector<float> decoded = run.model->reconstruction(levels);
-        scaler.unscale(decoded);
-        for (std::size_t m = 0; m < batch.size(); ++m) {
-            throw_if_interrupted(fmt::format("interrupted; {} of {} meshes are in {}", first + m,
-                                             shapes.size(), options.output));
-            const auto shape = static_cast<std::size_t>(batch[m]);
-            std::vector<float> result(
-                decoded.begin() + static_cast<std::ptrdiff_t>(m * size),
-                decoded.begin() + static_cast<std::ptrdiff_t>((m + 1) * size));
-            const std::vector<Point> input = points_of(file.vertices(batch[m]));
-            const TriangleMesh mesh{reconstruction.solve(result, input).vertices,
-                                    run.context().reference.faces};
-            write_obj(fmt::format("{}/{}.obj", options.output, names[shape]), mesh);
-            rms.add(input, mesh.vertices);
-            const std::span<const float> features = file.shape(batch[m]);
-            std::vector<float> truth(features.begin(), features.end());
-            file.forget(batch[m]);
-            const bool is_reference =
-                std::ranges::all_of(truth, [i = std::size_t{0}](float x) mutable {
-                    return std::abs(x - kReferenceFeature[i++ % kFeatureDim]) < 1e-6F;
-                });
-            minmax.scale(truth);
-            minmax.scale(result);
-            // [A] eq. 8 is about deformation: the reference itself has none.
-            if (!is_reference) {
-                fit.relative_squared_error_max =
-                    std::max(fit.relative_squared_error_max, relative_squared_error(truth, result));
-            }
-            progress.update(static_cast<std::int64_t>(first + m + 1));
+    while (written < shapes.size()) {
+        const std::span<const int> group = std::span<const int>(shapes).subspan(
+            written, std::min<std::size_t>(ShapeDecoder::kGroup, shapes.size() - written));
+        const std::vector<DecodedShape> plain = decoder.encode(group, levels);
+        std::vector<DecodedShape> fitted;
+        if (fits_vertices) fitted = decoder.fit(group, plain);
+        for (std::size_t m = 0; m < group.size(); ++m) {
+            check_stop();
+            const int shape = group[m];
+            add(errors.features, decoder, shape, plain[m]);
+            if (fits_vertices) add(errors.vertices, decoder, shape, fitted[m]);
+            const DecodedShape& result = fits_vertices ? fitted[m] : plain[m];
+            write_obj(fmt::format("{}/{}.obj", options.output, names[static_cast<size_t>(shape)]),
+                      {result.vertices, reference.faces});
+            file.forget(shape);
+            progress.update(static_cast<std::int64_t>(++written));
         }
     }
-    fit.rms_error = rms.value();
-    return fit;
+    return errors;
+}
+
+void print_report(const DecodeOptions& options, std::size_t shapes, int levels,
+                  const BothErrors& errors) {
+    const bool fits_vertices = options.fit == "vertices";
+    const FitErrors& written = fits_vertices ? errors.vertices : errors.features;
+    const double plain = errors.features.rms.value();
+    if (options.common.json) {
+        nlohmann::ordered_json report{
+            {"folder", options.output},
+            {"split", options.split},
+            {"shapes", shapes},
+            {"levels", levels},
+            {"fit", options.fit},
+            {"rms_error", written.rms.value()},
+            {"relative_squared_error_max", written.relative_squared_error_max}};
+        if (fits_vertices) report["rms_error_features"] = plain;
+        fmt::print("{}\n", report.dump(2));
+        return;
+    }
+    fmt::print("{}: {} meshes from {} level(s)\n", options.output, shapes, levels);
+    fmt::print("E_rms {:.3f} (x1000, unit ball), largest relative squared feature error {:.5f}\n",
+               written.rms.value(), written.relative_squared_error_max);
+    if (fits_vertices) {
+        fmt::print("codes fitted to the vertices; E_rms {:.3f} with those of the encoder\n", plain);
+    }
 }
 
 }  // namespace
@@ -126,6 +112,11 @@ void setup_decode(CLI::App& app) {
         ->check(CLI::IsMember({"all", "train", "test"}))
         ->capture_default_str();
     command
+        ->add_option("--fit", options->fit,
+                     "Codes of the encoder, or fitted to the vertices from there")
+        ->check(CLI::IsMember({"features", "vertices"}))
+        ->capture_default_str();
+    command
         ->add_option("--levels", options->levels,
                      "Only the first levels, coarse to fine; 0 means all")
         ->check(CLI::NonNegativeNumber)
@@ -140,32 +131,21 @@ void setup_decode(CLI::App& app) {
 
 void run_decode(const DecodeOptions& options) {
     require_free_folder(options.output, options.common.force);
-    TrainedRun run = open_run(options.run, kBatch);
+    TrainedRun run = open_run(options.run, ShapeDecoder::kGroup);
     const int all_levels = static_cast<int>(run.model->level_sizes().size());
     if (options.levels > all_levels) {
         throw UsageError(
             fmt::format("--levels: got {}, the model has {}", options.levels, all_levels));
     }
     const int levels = options.levels == 0 ? all_levels : options.levels;
-    const FeatureFile file(options.features);
-    require_same_mesh(file.outline(), run, options.features);
-    const std::vector<int> shapes = chosen_shapes(options, run, file.shape_count());
-    create_folder(options.output);
-    const Fit fit = decode_shapes(options, run, file, shapes, levels);
-    if (options.common.json) {
-        const nlohmann::ordered_json report{
-            {"folder", options.output},
-            {"split", options.split},
-            {"shapes", shapes.size()},
-            {"levels", levels},
-            {"rms_error", fit.rms_error},
-            {"relative_squared_error_max", fit.relative_squared_error_max}};
-        fmt::print("{}\n", report.dump(2));
-        return;
+    if (options.fit == "vertices" && levels < all_levels) {
+        throw UsageError("--levels: got --fit vertices, which fits the codes of all levels");
     }
-    fmt::print("{}: {} meshes from {} level(s)\n", options.output, shapes.size(), levels);
-    fmt::print("E_rms {:.3f} (x1000, unit ball), largest relative squared feature error {:.5f}\n",
-               fit.rms_error, fit.relative_squared_error_max);
+    const FeatureFile file(options.features);
+    require_mesh_of(run, file);
+    const std::vector<int> shapes = shapes_of_split(run, file, options.split);
+    create_folder(options.output);
+    print_report(options, shapes.size(), levels, decode_shapes(options, run, file, shapes, levels));
 }
 
 }  // namespace mscomp

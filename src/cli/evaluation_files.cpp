@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "evaluation_files.h"
+
+#include <fmt/format.h>
+
+#include "mscomp/eval/measures.h"
+#include "mscomp/render/error_sheet.h"
+
+namespace mscomp {
+namespace {
+
+std::string cell(const nlohmann::ordered_json& value) {
+    if (value.is_null()) return {};
+    if (!value.is_string()) return value.dump();
+    const auto text = value.get<std::string>();
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
+
+void add_cells(const nlohmann::ordered_json& row, const std::string& prefix, std::string& names,
+               std::string& values) {
+    for (const auto& [key, value] : row.items()) {
+        if (value.is_object()) {
+            add_cells(value, prefix + key + "_", names, values);
+            continue;
+        }
+        names += (names.empty() ? "" : ",") + prefix + key;
+        values += (values.empty() ? "" : ",") + cell(value);
+    }
+}
+
+ComparedShape compared(const std::string& name, const char* fit, const std::vector<Point>& truth,
+                       const DecodedShape& decoded, const std::vector<Point>& reference) {
+    RmsError error(reference);
+    error.add(truth, decoded.vertices);
+    return {name, fmt::format("{} fit: E_rms {:.2f}", fit, error.value()), truth,
+            aligned_to(truth, decoded.vertices), vertex_distances(truth, decoded.vertices)};
+}
+
+}  // namespace
+
+std::string csv_of(const nlohmann::ordered_json& rows) {
+    std::string result;
+    for (const nlohmann::ordered_json& row : rows) {
+        std::string names, values;
+        add_cells(row, "", names, values);
+        if (result.empty()) result = names + "\n";
+        result += values + "\n";
+    }
+    return result;
+}
+
+void write_error_picture(const std::string& path, const std::string& title, ShapeDecoder& decoder,
+                         const TrainedRun& run, const FeatureFile& file,
+                         const std::vector<int>& shapes, bool features, bool vertices) {
+    const TriangleMesh& reference = run.context().reference;
+    const std::vector<DecodedShape> encoded = decoder.encode(shapes);
+    std::vector<DecodedShape> fitted;
+    if (vertices) fitted = decoder.fit(shapes, encoded);
+    std::vector<ComparedShape> sheet;
+    for (std::size_t m = 0; m < shapes.size(); ++m) {
+        const std::string& name = file.outline().names[static_cast<std::size_t>(shapes[m])];
+        const std::vector<Point> truth = decoder.truth(shapes[m]);
+        if (features) {
+            sheet.push_back(compared(name, "features", truth, encoded[m], reference.vertices));
+        }
+        if (vertices) {
+            sheet.push_back(compared(name, "vertices", truth, fitted[m], reference.vertices));
+        }
+    }
+    write_png(path, error_sheet(reference, sheet, title, 340, 2));
+}
+
+}  // namespace mscomp
