@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -48,6 +49,27 @@ nn::CodeDistribution distribution_of(const SampleOptions& options, const Trained
 
 std::string name_of(nn::CodeDistribution distribution) {
     return distribution == nn::CodeDistribution::prior ? "prior" : "fitted";
+}
+
+/// Root mean square over all codes of their deviation over the training shapes; the prior has 1.
+double code_deviation(const TrainedRun& run) {
+    double squares = 0, count = 0;
+    const std::size_t shapes = run.context().train_shapes.size();
+    for (const std::vector<float>& level : run.file.codes()) {
+        const std::size_t width = level.size() / shapes;
+        for (std::size_t k = 0; k < width; ++k) {
+            double mean = 0, square = 0;
+            for (std::size_t i = k; i < level.size(); i += width) {
+                mean += static_cast<double>(level[i]) / static_cast<double>(shapes);
+            }
+            for (std::size_t i = k; i < level.size(); i += width) {
+                square += (level[i] - mean) * (level[i] - mean);
+            }
+            squares += square / static_cast<double>(shapes);
+            count += 1;
+        }
+    }
+    return std::sqrt(squares / count);
 }
 
 /// One line per sample: its name and all codes, with digits enough for float32.
@@ -157,16 +179,20 @@ void run_sample(const SampleOptions& options) {
                                             {"from", name_of(distribution)},
                                             {"independent", options.independent},
                                             {"seed", options.seed},
+                                            {"code_deviation", code_deviation(run)},
                                             {"codes", options.output + "/codes.csv"},
                                             {"overview", options.output + "/overview.png"},
                                             {"files", files}};
         fmt::print("{}\n", report.dump(2));
         return;
     }
-    fmt::print(
-        "{}: {} from the {}, codes.csv and overview.png\n", options.output,
-        number_of_shapes(options.count),
-        distribution == nn::CodeDistribution::prior ? "prior" : "Gaussian of the training codes");
+    const bool prior = distribution == nn::CodeDistribution::prior;
+    fmt::print("{}: {} from the {}, codes.csv and overview.png\n", options.output,
+               number_of_shapes(options.count), prior ? "prior" : "Gaussian of the training codes");
+    if (prior) {
+        fmt::print("codes of the prior deviate by 1, those of the training shapes by {:.3g}\n",
+                   code_deviation(run));
+    }
 }
 
 }  // namespace mscomp

@@ -110,7 +110,7 @@ class Sheet {
         for (ColoredShape& shape : row) shape.full_blue = farthest;
         all_.insert(all_.end(), row.begin(), row.end());
         headings_.push_back(fmt::format(
-            "{} (level {}), support {:.0f} %, blue: {:.3g}", component.id, component.level,
+            "{} (level {}), support {:.0f} %, moves {:.3g}", component.id, component.level,
             100.0 * component.support / context_.reference.vertex_count(), farthest));
     }
 
