@@ -117,7 +117,7 @@ std::vector<SweepPoint> grid_points(const YAML::Node& node, const std::string& p
             for (const YAML::Node& value : axis.value) {
                 longer.push_back(point);
                 longer.back().where = position_of(value, path);
-                longer.back().settings.push_back({axis.key, longer.back().where, value});
+                longer.back().settings.push_back({axis.key, axis.where, value});
             }
         }
         points = std::move(longer);

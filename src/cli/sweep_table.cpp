@@ -7,6 +7,7 @@
 #include <array>
 #include <functional>
 #include <string_view>
+#include <utility>
 
 #include "mscomp/cli/config_file.h"
 #include "sweep_points.h"
@@ -39,38 +40,49 @@ std::vector<std::string> measure_columns() {
     return columns;
 }
 
-std::vector<std::string> present_columns(const std::vector<SweepRow>& rows) {
+/// A short table leaves out what table.csv has besides.
+enum class Length { full, brief };
+
+bool is_secondary(const std::string& column) {
+    return column.ends_with("relative_squared_error_mean") || column.ends_with("_vertex_distance");
+}
+
+std::vector<std::string> present_columns(const std::vector<SweepRow>& rows, Length length) {
     std::vector<std::string> columns = measure_columns();
     std::erase_if(columns, [&](const std::string& column) {
+        if (length == Length::brief && is_secondary(column)) return true;
         return std::ranges::none_of(
             rows, [&](const SweepRow& row) { return row.measures.contains(column); });
     });
     return columns;
 }
 
-bool any_failed(const std::vector<SweepRow>& rows) {
-    return std::ranges::any_of(rows, [](const SweepRow& row) { return !row.failure.empty(); });
-}
+using Cells = std::vector<std::string>;
 
-std::vector<std::string> header(const SweepFile& sweep, const std::vector<SweepRow>& rows) {
-    std::vector<std::string> cells{"name"};
-    cells.insert(cells.end(), sweep.keys.begin(), sweep.keys.end());
-    for (const std::string& column : present_columns(rows)) cells.push_back(column);
-    if (any_failed(rows)) cells.emplace_back("failure");
-    return cells;
-}
-
-std::vector<std::string> cells_of(const SweepRow& row, const std::vector<SweepRow>& rows,
-                                  int digits) {
-    std::vector<std::string> cells{row.name};
-    cells.insert(cells.end(), row.values.begin(), row.values.end());
-    for (const std::string& column : present_columns(rows)) {
-        const auto measure = row.measures.find(column);
-        cells.push_back(
-            measure == row.measures.end() ? "" : fmt::format("{:.{}g}", measure->second, digits));
+/// The table row by row, the names of its columns first.
+std::vector<Cells> cells_of(const SweepFile& sweep, const std::vector<SweepRow>& rows,
+                            Length length) {
+    const int digits = length == Length::brief ? 4 : 9;
+    const std::vector<std::string> columns = present_columns(rows, length);
+    const bool any_failed =
+        std::ranges::any_of(rows, [](const SweepRow& row) { return !row.failure.empty(); });
+    Cells names{"name"};
+    names.insert(names.end(), sweep.keys.begin(), sweep.keys.end());
+    names.insert(names.end(), columns.begin(), columns.end());
+    if (any_failed) names.emplace_back("failure");
+    std::vector<Cells> all{names};
+    for (const SweepRow& row : rows) {
+        Cells cells{row.name};
+        cells.insert(cells.end(), row.values.begin(), row.values.end());
+        for (const std::string& column : columns) {
+            const auto measure = row.measures.find(column);
+            const bool is_there = measure != row.measures.end();
+            cells.push_back(is_there ? fmt::format("{:.{}g}", measure->second, digits) : "");
+        }
+        if (any_failed) cells.push_back(row.failure);
+        all.push_back(std::move(cells));
     }
-    if (any_failed(rows)) cells.push_back(row.failure);
-    return cells;
+    return all;
 }
 
 using Quote = std::function<std::string(const std::string&)>;
@@ -91,7 +103,7 @@ std::string markdown_quoted(const std::string& cell) {
     return text;
 }
 
-std::string joined(const std::vector<std::string>& cells, const char* between, const Quote& quote) {
+std::string joined(const Cells& cells, const char* between, const Quote& quote) {
     std::string line;
     for (std::size_t i = 0; i < cells.size(); ++i) {
         if (i > 0) line += between;
@@ -183,18 +195,21 @@ std::map<std::string, double> measures_of(const nlohmann::ordered_json& evaluati
 }
 
 std::string csv_table(const SweepFile& sweep, const std::vector<SweepRow>& rows) {
-    std::string text = joined(header(sweep, rows), ",", csv_quoted) + "\n";
-    for (const SweepRow& row : rows) text += joined(cells_of(row, rows, 9), ",", csv_quoted) + "\n";
+    std::string text;
+    for (const Cells& cells : cells_of(sweep, rows, Length::full)) {
+        text += joined(cells, ",", csv_quoted) + "\n";
+    }
     return text;
 }
 
 std::string markdown_table(const SweepFile& sweep, const std::vector<SweepRow>& rows) {
-    const std::vector<std::string> names = header(sweep, rows);
-    std::string text = "| " + joined(names, " | ", markdown_quoted) + " |\n|";
-    for (std::size_t i = 0; i < names.size(); ++i) text += "---|";
-    text += "\n";
-    for (const SweepRow& row : rows) {
-        text += "| " + joined(cells_of(row, rows, 4), " | ", markdown_quoted) + " |\n";
+    std::string text;
+    for (const Cells& cells : cells_of(sweep, rows, Length::brief)) {
+        const bool is_first = text.empty();
+        text += "| " + joined(cells, " | ", markdown_quoted) + " |\n";
+        if (!is_first) continue;
+        for (std::size_t i = 0; i < cells.size(); ++i) text += "|---";
+        text += "|\n";
     }
     return text;
 }
@@ -207,7 +222,13 @@ nlohmann::ordered_json json_table(const SweepFile& sweep, const std::vector<Swee
         nlohmann::ordered_json point{{"name", row.name}, {"settings", settings}};
         for (const std::string& column : measure_columns()) {
             const auto measure = row.measures.find(column);
-            if (measure != row.measures.end()) point[column] = measure->second;
+            if (measure == row.measures.end()) continue;
+            const double value = measure->second;
+            if (column.starts_with("kept") || column == "epochs") {
+                point[column] = static_cast<std::int64_t>(value);
+            } else {
+                point[column] = value;
+            }
         }
         point["failure"] =
             row.failure.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.failure);
