@@ -129,6 +129,7 @@ class Evaluation {
             const std::span<const int> group = std::span<const int>(shapes_).subspan(
                 first, std::min<std::size_t>(ShapeDecoder::kGroup, shapes_.size() - first));
             const auto finish = [&](std::size_t steps) {
+                if (steps == 0) return;
                 done += static_cast<std::int64_t>(steps * group.size());
                 progress.update(done);
             };

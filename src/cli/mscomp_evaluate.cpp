@@ -30,7 +30,7 @@ std::string number(const ordered_json& value, const char* format) {
 /// One measure: a column per fit.
 void print_measure(const ordered_json& report, const char* label, const char* key,
                    const char* format) {
-    fmt::print("  {:<38}", label);
+    fmt::print("  {:<40}", label);
     for (const std::string& fit : fits_of(report)) {
         fmt::print("{:>14}", number(report[fit][key], format));
     }
@@ -38,18 +38,18 @@ void print_measure(const ordered_json& report, const char* label, const char* ke
 }
 
 void print_measures(const ordered_json& report) {
-    fmt::print("{:<40}", "");
+    fmt::print("{:<42}", "");
     for (const std::string& fit : fits_of(report)) fmt::print("{:>14}", fit + " fit");
     fmt::print("\n");
     print_measure(report, "E_rms (x1000, unit ball)", "rms_error", "{:.3f}");
     print_measure(report, "STED", "sted", "{:.5f}");
     print_measure(report, "  spatial part", "sted_spatial", "{:.5f}");
     print_measure(report, "  temporal part", "sted_temporal", "{:.5f}");
-    print_measure(report, "vertex distance (mesh units), mean", "mean_vertex_distance", "{:.4g}");
-    print_measure(report, "                              largest", "max_vertex_distance", "{:.4g}");
-    print_measure(report, "relative squared feature error, mean", "relative_squared_error_mean",
+    print_measure(report, "mean vertex distance (mesh units)", "mean_vertex_distance", "{:.4g}");
+    print_measure(report, "largest vertex distance (mesh units)", "max_vertex_distance", "{:.4g}");
+    print_measure(report, "mean relative squared feature error", "relative_squared_error_mean",
                   "{:.5f}");
-    print_measure(report, "                                largest", "relative_squared_error_max",
+    print_measure(report, "largest relative squared feature error", "relative_squared_error_max",
                   "{:.5f}");
 }
 
@@ -68,7 +68,7 @@ void print_worst(const ordered_json& report) {
     for (const int index : shapes) {
         for (const ordered_json& row : report["per_shape"]) {
             if (row["shape"] != index) continue;
-            fmt::print("  {:>5}  {:<31}", index, row["name"].get<std::string>());
+            fmt::print("  {:>5}  {:<33}", index, row["name"].get<std::string>());
             for (const std::string& fit : fits) {
                 fmt::print("{:>14}", number(row[fit]["rms_error"], "{:.3f}"));
             }
@@ -83,7 +83,7 @@ void print_curves(const ordered_json& report) {
         fmt::print("\nE_rms with the n strongest components only\n");
         const std::size_t count = report[fits.front()]["by_components"].size();
         for (std::size_t i = 0; i < count; ++i) {
-            fmt::print("  {:>5}  {:<31}", report[fits.front()]["by_components"][i]["n"].get<int>(),
+            fmt::print("  {:>5}  {:<33}", report[fits.front()]["by_components"][i]["n"].get<int>(),
                        "");
             for (const std::string& fit : fits) {
                 fmt::print("{:>14}",
@@ -95,7 +95,7 @@ void print_curves(const ordered_json& report) {
     if (!report.contains("by_handles")) return;
     fmt::print("\nE_rms where only n vertices of a shape are known\n");
     for (const ordered_json& entry : report["by_handles"]) {
-        fmt::print("  {:>5}  {:<31}{:>14}\n", entry["n"].get<int>(), "",
+        fmt::print("  {:>5}  {:<33}{:>14}\n", entry["n"].get<int>(), "",
                    number(entry["rms_error"], "{:.3f}"));
     }
 }

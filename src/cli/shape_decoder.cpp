@@ -37,6 +37,14 @@ std::vector<float> code_deviations(const TrainedRun& run) {
     return result;
 }
 
+/// Few vertices leave more to the start, and the way from there is longer.
+VertexFitOptions handle_options() {
+    VertexFitOptions options;
+    options.prior = 1e-2;
+    options.max_steps = 40;
+    return options;
+}
+
 bool is_reference(std::span<const float> features) {
     for (std::size_t i = 0; i < features.size(); ++i) {
         if (!(std::abs(features[i] - kReferenceFeature[i % kFeatureDim]) < 1e-6F)) return false;
@@ -104,7 +112,9 @@ std::vector<DecodedShape> ShapeDecoder::decode(std::span<const int> shapes,
 std::vector<DecodedShape> ShapeDecoder::fit(std::span<const int> shapes,
                                             std::span<const DecodedShape> starts,
                                             const FitSubset& subset) {
-    const VertexFit& poisson = vertex_fit(VertexSolver::poisson);
+    const bool knows_all = subset.vertices.empty();
+    const VertexFit& poisson =
+        knows_all ? made(poisson_fit_, {}) : made(handle_fit_, handle_options());
     std::vector<DecodedShape> result(shapes.size());
     std::vector<char> is_farther(shapes.size(), 0);
     const auto take = [&](std::size_t m, FittedShape fitted) {
@@ -117,13 +127,15 @@ std::vector<DecodedShape> ShapeDecoder::fit(std::span<const int> shapes,
         check_stop_();
         const std::vector<Point> goal = truth(shapes[at(m)]);
         take(at(m), poisson.fit(goal, starts[at(m)].codes, subset));
-        if (!subset.vertices.empty()) return;
+        if (!knows_all) return;
         RmsError error(run_.context().reference.vertices);
         const double start = error.add(goal, starts[at(m)].vertices);
         is_farther[at(m)] = error.add(goal, result[at(m)].vertices) <= start ? 0 : 1;
     });
     if (std::ranges::none_of(is_farther, [](char x) { return x != 0; })) return result;
-    const VertexFit& lossless = vertex_fit(VertexSolver::lossless);
+    VertexFitOptions exactly;
+    exactly.solver = VertexSolver::lossless;
+    const VertexFit& lossless = made(lossless_fit_, exactly);
     parallel_for(static_cast<std::int64_t>(shapes.size()), [&](std::int64_t m) {
         if (is_farther[at(m)] == 0) return;
         check_stop_();
@@ -133,15 +145,11 @@ std::vector<DecodedShape> ShapeDecoder::fit(std::span<const int> shapes,
 }
 
 std::vector<Point> ShapeDecoder::positions(std::span<const float> codes) {
-    return vertex_fit(VertexSolver::poisson).positions(codes);
+    return made(poisson_fit_, {}).positions(codes);
 }
 
-const VertexFit& ShapeDecoder::vertex_fit(VertexSolver solver) {
-    std::unique_ptr<VertexFit>& fit =
-        solver == VertexSolver::poisson ? poisson_fit_ : lossless_fit_;
+const VertexFit& ShapeDecoder::made(std::unique_ptr<VertexFit>& fit, VertexFitOptions options) {
     if (!fit) {
-        VertexFitOptions options;
-        options.solver = solver;
         options.code_deviations = code_deviations(run_);
         fit = std::make_unique<VertexFit>(*decoder_, scaler_, run_.context().reference,
                                           parse_edge_weights(run_.context().weights), options);

@@ -44,8 +44,8 @@ class ShapeDecoder {
                                      std::vector<std::vector<float>> codes) const;
     /// Vertices fit: codes whose vertices are nearest to those of each shape. Steps go by the
     /// Poisson solve; where that ends farther away than the start, as it may if the start is nearly
-    /// exact, by the lossless one. So it never ends farther away. With known vertices only, which
-    /// are all that is looked at, Poisson it is.
+    /// exact, by the lossless one. So it never ends farther away. With a list of known vertices it
+    /// looks at nothing else, and Poisson it is, with a stronger prior.
     std::vector<DecodedShape> fit(std::span<const int> shapes, std::span<const DecodedShape> starts,
                                   const FitSubset& subset = {});
     /// Positions of codes as the steps of fit() see them, (V).
@@ -56,7 +56,7 @@ class ShapeDecoder {
     std::optional<double> relative_squared_error_of(int shape, const DecodedShape& decoded) const;
 
   private:
-    const VertexFit& vertex_fit(VertexSolver solver);
+    const VertexFit& made(std::unique_ptr<VertexFit>& fit, VertexFitOptions options);
     /// (V) of features, where the shape of the file stands.
     std::vector<Point> solved(int shape, const std::vector<float>& features) const;
 
@@ -66,7 +66,7 @@ class ShapeDecoder {
     FeatureScaler scaler_, minmax_;
     LosslessReconstruction lossless_;
     std::unique_ptr<nn::CodeDecoder> decoder_;
-    std::unique_ptr<VertexFit> poisson_fit_, lossless_fit_;  // made when first needed
+    std::unique_ptr<VertexFit> poisson_fit_, handle_fit_, lossless_fit_;  // made when first needed
 };
 
 /// Throws InputError if the file has another mesh than the run.

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: MIT
+// mscomp evaluate, and reconstruct --fit vertices, as a user runs them on a small generated arm.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/temporary_folder.h"
+#include "mscomp/acap/feature_file.h"
+#include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/eval/farthest_points.h"
+#include "mscomp/eval/measures.h"
+
+namespace mscomp {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+struct Outcome {
+    int code = -1;
+    std::string out, err;
+};
+
+/// One arm of 16 frames, every third of which trains, shared by all tests.
+class MscompEvaluate : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        folder_ = new TemporaryFolder;
+        write_file(path("config.yaml"),
+                   "model: {levels: [{components: 4, sparsity_range: 0.3}, {components: 2, "
+                   "sparsity_range: 0.2}]}\n"
+                   "data: {features: arm.safetensors, split: {train: every, step: 3}}\n"
+                   "train: {epochs: 30, batch: 6}\n");
+        const std::string bin = MSCOMP_BIN_DIR;
+        ok(shell(bin + "/acapfeat generate arm -o arm --frames 16 --vertices 500 --quiet"));
+        ok(shell(bin + "/acapfeat extract arm -o arm.safetensors --quiet"));
+        ok(mscomp("train config.yaml -o run --quiet"));
+    }
+    static void TearDownTestSuite() {
+        delete folder_;
+        folder_ = nullptr;
+    }
+
+    static std::string path(const std::string& name) { return *folder_ / name; }
+    static Outcome shell(const std::string& command) {
+        const std::string line = "cd '" + path("") + "' && ( " + command + " ) >'" + path(".out") +
+                                 "' 2>'" + path(".err") + "'";
+        const int status = std::system(line.c_str());
+        EXPECT_TRUE(WIFEXITED(status)) << line;
+        return {WEXITSTATUS(status), read_file(path(".out")), read_file(path(".err"))};
+    }
+    static Outcome mscomp(const std::string& arguments) {
+        return shell(std::string(MSCOMP_BIN_DIR) + "/mscomp " + arguments);
+    }
+    static Outcome ok(Outcome outcome) {
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome;
+    }
+    static json evaluated(const std::string& arguments) {
+        return json::parse(ok(mscomp("evaluate " + arguments + " --json --quiet")).out);
+    }
+    static void refused(const std::string& arguments, int code, const std::string& message) {
+        const Outcome outcome = mscomp(arguments);
+        EXPECT_EQ(outcome.code, code) << arguments << ": " << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr(message)) << arguments;
+    }
+
+    static TemporaryFolder* folder_;
+};
+TemporaryFolder* MscompEvaluate::folder_ = nullptr;
+
+// The names that scripts read.
+TEST_F(MscompEvaluate, PrintsTheContract) {
+    const json report = evaluated("run");
+    EXPECT_EQ(report.at("set"), "arm");
+    EXPECT_EQ(report.at("split"), "test");
+    EXPECT_EQ(report.at("shapes"), 10);  // 16 less 0, 3, ..., 15
+    EXPECT_EQ(report.at("kind"), "stacked-attention");
+    ASSERT_EQ(report.at("components").size(), 2u);
+    for (const char* fit : {"features", "vertices"}) {
+        for (const char* key :
+             {"rms_error", "sted", "sted_spatial", "sted_temporal", "mean_vertex_distance",
+              "max_vertex_distance", "relative_squared_error_max", "relative_squared_error_mean",
+              "support_mean"}) {
+            ASSERT_TRUE(report.at(fit).contains(key)) << fit << " " << key;
+            EXPECT_TRUE(report[fit][key].is_number()) << fit << " " << key;
+            EXPECT_GT(report[fit][key], 0) << fit << " " << key;
+        }
+    }
+    EXPECT_EQ(report.at("per_shape").size(), 10u);
+    EXPECT_EQ(report["per_shape"][0].at("shape"), 1);
+    EXPECT_EQ(report["per_shape"][0].at("name"), "frame_0001");
+    EXPECT_EQ(report.at("component_list").size(), 4u + 8u);
+    std::vector<int> kept{0, 0};
+    for (const json& c : report["component_list"]) {
+        for (const char* key : {"id", "level", "strength", "support", "localization_radius"}) {
+            EXPECT_TRUE(c.contains(key)) << key;
+        }
+        if (c.at("kept")) ++kept[c.at("level")];
+    }
+    EXPECT_EQ(report["components"], json(kept));
+    const json& cosine = report.at("cosine");
+    const std::size_t count = cosine.at("ids").size();
+    ASSERT_EQ(cosine.at("matrix").size(), count);
+    double largest = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        ASSERT_EQ(cosine["matrix"][k].size(), count);
+        EXPECT_NEAR(cosine["matrix"][k][k], 1, 1e-9);
+        for (std::size_t l = 0; l < k; ++l) {
+            EXPECT_EQ(cosine["matrix"][k][l], cosine["matrix"][l][k]);
+            largest = std::max(largest, std::abs(cosine["matrix"][k][l].get<double>()));
+        }
+    }
+    EXPECT_EQ(cosine.at("max"), largest);
+}
+
+// The vertices fit starts at the features fit and never goes farther away.
+TEST_F(MscompEvaluate, VerticesFitIsNeverFartherForAnyShape) {
+    for (const char* split : {"test", "train"}) {
+        const json report = evaluated(std::string("run --split ") + split);
+        EXPECT_LT(report["vertices"]["rms_error"], report["features"]["rms_error"]) << split;
+        for (const json& row : report["per_shape"]) {
+            EXPECT_LE(row["vertices"]["rms_error"].get<double>(),
+                      row["features"]["rms_error"].get<double>() * (1 + 1e-9))
+                << split << " " << row["name"];
+        }
+    }
+}
+
+// E_rms of meshes that reconstruct wrote is what evaluate says of the same fit and split.
+TEST_F(MscompEvaluate, AgreesWithWhatReconstructWrites) {
+    const json report = evaluated("run");
+    const FeatureFile file(path("arm.safetensors"));
+    for (const std::string fit : {"features", "vertices"}) {
+        const json written = json::parse(ok(mscomp("reconstruct run arm.safetensors -o " + fit +
+                                                   " --split test --json --quiet --fit " + fit))
+                                             .out);
+        EXPECT_EQ(written.at("fit"), fit);
+        EXPECT_EQ(written.at("rms_error"), report[fit]["rms_error"]);
+        EXPECT_EQ(written.at("relative_squared_error_max"),
+                  report[fit]["relative_squared_error_max"]);
+        if (fit == "vertices") {
+            EXPECT_EQ(written.at("rms_error_features"), report["features"]["rms_error"]);
+        }
+        RmsError error(file.outline().reference.vertices);
+        for (const json& row : report["per_shape"]) {
+            error.add(
+                points_of(file.vertices(row["shape"])),
+                read_mesh(path(fit + "/" + row["name"].get<std::string>() + ".obj")).vertices);
+        }
+        EXPECT_NEAR(error.value(), report[fit]["rms_error"], 1e-4);
+    }
+}
+
+// All components together are the whole model; of fewer, those of more can do no worse to the
+// vertices (up to where a descent ends).
+TEST_F(MscompEvaluate, ErrorFallsWithTheNumberOfComponents) {
+    const json report = evaluated("run --components 1,4,12");
+    for (const char* fit : {"features", "vertices"}) {
+        const json& curve = report[fit].at("by_components");
+        ASSERT_EQ(curve.size(), 3u);
+        EXPECT_EQ(curve[0].at("n"), 1);
+        EXPECT_EQ(curve[2].at("n"), 12);
+        EXPECT_NEAR(curve[2].at("rms_error"), report[fit]["rms_error"],
+                    1e-3 * report[fit]["rms_error"].get<double>());
+        EXPECT_GT(curve[0].at("rms_error"), curve[2].at("rms_error"));
+    }
+    const json& vertices = report["vertices"]["by_components"];
+    EXPECT_GT(vertices[0]["rms_error"], vertices[1]["rms_error"]);
+    EXPECT_GT(vertices[1]["rms_error"], 0.98 * vertices[2]["rms_error"].get<double>());
+}
+
+// More handles tell more, at most what all vertices tell.
+TEST_F(MscompEvaluate, ErrorFallsWithTheNumberOfHandles) {
+    const json report = evaluated("run --handles 4,60 --fit features");
+    const json& curve = report.at("by_handles");
+    ASSERT_EQ(curve.size(), 2u);
+    EXPECT_EQ(curve[0].at("n"), 4);
+    EXPECT_EQ(curve[1].at("n"), 60);
+    EXPECT_GT(curve[0].at("rms_error"), curve[1].at("rms_error"));
+    const double all = evaluated("run --fit vertices")["vertices"]["rms_error"];
+    EXPECT_GT(curve[1].at("rms_error"), 0.98 * all);
+    EXPECT_LT(curve[1].at("rms_error"), 2 * all);
+    EXPECT_FALSE(report.contains("vertices"));
+}
+
+TEST_F(MscompEvaluate, ThreadsDoNotChangeADigit) {
+    const std::string arguments =
+        "evaluate run --components 3 --handles 8 --json --quiet --threads ";
+    const std::string one = ok(mscomp(arguments + "1")).out;
+    EXPECT_EQ(one, ok(mscomp(arguments + "3")).out);
+}
+
+// Temporal parts are for sequences; "auto" takes a split of every n-th shape for one.
+TEST_F(MscompEvaluate, OrderDecidesAboutTheTemporalPart) {
+    const json sequence = evaluated("run --fit features --split all");
+    EXPECT_EQ(sequence.at("order"), "sequence");
+    EXPECT_EQ(sequence["features"]["sted"],
+              evaluated("run --fit features --split all --order sequence")["features"]["sted"]);
+    const json set = evaluated("run --fit features --split all --order set");
+    EXPECT_TRUE(set["features"]["sted"].is_null());
+    EXPECT_TRUE(set["features"]["sted_temporal"].is_null());
+    EXPECT_EQ(set["features"]["sted_spatial"], sequence["features"]["sted_spatial"]);
+    ok(mscomp("train config.yaml -o all --quiet --set data.split.train=all --set train.epochs=2"));
+    const json unordered = evaluated("all --fit features");
+    EXPECT_EQ(unordered.at("order"), "set");
+    EXPECT_EQ(unordered.at("split"), "all");
+    EXPECT_EQ(unordered.at("shapes"), 16);
+}
+
+TEST_F(MscompEvaluate, WritesTablesAndAPicture) {
+    const json report = evaluated("run -o measures --worst 2");
+    const std::string table = read_file(path("measures/table.csv"));
+    EXPECT_THAT(table, testing::StartsWith("shape,name,features_rms_error,"));
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 10);
+    const std::string components = read_file(path("measures/components.csv"));
+    EXPECT_EQ(std::count(components.begin(), components.end(), '\n'), 1 + 12);
+    EXPECT_THAT(read_file(path("measures/errors.png")), testing::StartsWith("\x89PNG"));
+    for (const char* fit : {"features", "vertices"}) {
+        const json& worst = report.at("worst").at(fit);
+        ASSERT_EQ(worst.size(), 2u);
+        double largest = 0;
+        for (const json& row : report["per_shape"]) {
+            largest = std::max(largest, row[fit]["rms_error"].get<double>());
+        }
+        EXPECT_EQ(worst[0].at("rms_error"), largest);
+        EXPECT_GE(worst[0].at("rms_error"), worst[1].at("rms_error"));
+    }
+    refused("evaluate run -o measures", 2, "--force");
+    EXPECT_EQ(read_file(path("measures/table.csv")), table);
+    ok(mscomp("evaluate run -o measures --force --quiet --worst 0 --fit features"));
+    EXPECT_THAT(read_file(path("measures/table.csv")), testing::Not(HasSubstr("vertices_")));
+}
+
+TEST_F(MscompEvaluate, TextNamesUnitsAndWorstShapes) {
+    const std::string text = ok(mscomp("evaluate run --quiet --worst 1 --components 2")).out;
+    for (const char* part :
+         {"features fit", "vertices fit", "E_rms (x1000, unit ball)", "mesh units", "worst shapes",
+          "frame_00", "strongest", "mean support", "cosine similarity"}) {
+        EXPECT_THAT(text, HasSubstr(part));
+    }
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = text.find('\n', begin);
+        EXPECT_LE(end - begin, 100u) << text.substr(begin, end - begin);
+        begin = end + 1;
+    }
+}
+
+/// A table of weights of shapes from `first` on: a constant, and `second`.
+std::string csv(const std::vector<double>& second, bool header, std::size_t first) {
+    std::string text = header ? "\xEF\xBB\xBF\"constant\",told\r\n" : "";
+    for (std::size_t n = first; n < second.size(); ++n) {
+        text += "1.5," + std::to_string(second[n]) + "\r\n";
+    }
+    return text;
+}
+
+// Rows with and without the reference mean the same; a weight that never changes is told by none.
+TEST_F(MscompEvaluate, KnownUnitsAreToldByTheirRows) {
+    const json whole = evaluated("run --split all");
+    std::vector<double> weight;
+    for (const json& row : whole["per_shape"]) weight.push_back(row["shape"]);
+    weight[0] = 0;
+    write_file(path("all.csv"), csv(weight, true, 0));
+    write_file(path("later.csv"), csv(weight, false, 1));
+    const json a = evaluated("run --split all --units all.csv").at("units");
+    const json b = evaluated("run --units later.csv").at("units");
+    const json c = evaluated("run --units all.csv").at("units");
+    EXPECT_EQ(a.at("units"), 2);
+    EXPECT_EQ(a.at("varying"), 1);
+    for (const char* fit : {"features", "vertices"}) {
+        ASSERT_EQ(a.at(fit).at("list").size(), 2u);
+        EXPECT_EQ(a[fit]["list"][0]["unit"], "constant");
+        EXPECT_EQ(a[fit]["list"][0]["best"]["correlation"], 0);
+        EXPECT_EQ(a[fit]["list"][1]["unit"], "told");
+        EXPECT_EQ(b[fit]["list"][1]["unit"], "1");
+        EXPECT_EQ(b[fit]["list"][1]["best"], c[fit]["list"][1]["best"]);
+        const double best = a[fit]["list"][1]["best"]["correlation"];
+        EXPECT_GT(best, 0);
+        EXPECT_EQ(a[fit]["matched"], best >= 0.9 ? 1 : 0);
+    }
+    for (const auto& [text, message] : std::vector<std::pair<std::string, std::string>>{
+             {"1\n2\n3\n", "3 rows of weights, wanted 16"},
+             {"a,b\n1,2\n1\n", "wrong.csv:3: 1 weights, wanted 2"},
+             {"a\n1\nx\n", "wrong.csv:3: got \"x\", wanted a number"},
+             {"a\n1\nnan\n", "wrong.csv:3: got \"nan\", wanted a number"},
+             {"", "0 rows of weights"}}) {
+        write_file(path("wrong.csv"), text);
+        refused("evaluate run --units wrong.csv", 3, message);
+    }
+    refused("evaluate run --units nowhere.csv", 4, "nowhere.csv");
+}
+
+TEST_F(MscompEvaluate, AnotherFileOfTheSameMeshIsTakenWhole) {
+    FeatureSet set = read_features(path("arm.safetensors"));
+    const auto row = static_cast<std::size_t>(set.vertex_count());
+    set.features.resize(5 * row * kFeatureDim);
+    set.vertices.resize(5 * row * 3);
+    set.names.resize(5);
+    set.rotation.resize(5);
+    set.translation.resize(5);
+    for (std::vector<double>* numbers :
+         {&set.principal_energy, &set.propagation_energy, &set.relaxation_energy,
+          &set.consistency_energy, &set.consistency_gap, &set.largest_jump, &set.large_jumps,
+          &set.inherent_jumps, &set.removable_jumps}) {
+        if (numbers->size() > 5) numbers->resize(5);
+    }
+    write_features(path("few.safetensors"), set);
+    const json report = evaluated("run few.safetensors --fit features");
+    EXPECT_EQ(report.at("split"), "all");
+    EXPECT_EQ(report.at("shapes"), 5);
+    refused("evaluate run few.safetensors --split test", 2, "few.safetensors is not the file");
+    refused("evaluate run few.safetensors --split train", 2, "--split all");
+    std::swap(set.reference.faces[0], set.reference.faces[1]);
+    write_features(path("other.safetensors"), set);
+    refused("evaluate run other.safetensors", 3, "other faces");
+}
+
+TEST_F(MscompEvaluate, RefusesWhatItCannotDo) {
+    refused("evaluate run --components 0", 2, "--components: got 0, wanted 1 to 12");
+    refused("evaluate run --components 3,13", 2, "--components: got 13, wanted 1 to 12");
+    refused("evaluate run --handles 2", 2, "--handles: got 2, wanted 3 to ");
+    refused("evaluate run --split tests", 2, "--split");
+    refused("evaluate run --fit both --order sometimes", 2, "--order");
+    refused("evaluate nowhere", 4, "nowhere");
+    refused("reconstruct run arm.safetensors -o out --levels 1 --fit vertices", 2, "--levels");
+    ok(mscomp("train config.yaml -o all2 --quiet --set data.split.train=all --set train.epochs=2"));
+    refused("evaluate all2 --split test", 2, "has no shapes");
+    fs::rename(path("arm.safetensors"), path("moved.safetensors"));
+    refused("evaluate run", 4, "name it after the run");
+    const json report = evaluated("run moved.safetensors --fit features");
+    EXPECT_EQ(report.at("split"), "test") << "the same data under another name";
+    fs::rename(path("moved.safetensors"), path("arm.safetensors"));
+}
+
+TEST_F(MscompEvaluate, InterruptedItWritesNothing) {
+    const Outcome stopped = shell(
+        std::string(MSCOMP_BIN_DIR) +
+        "/mscomp evaluate run -o unfinished --handles 5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,"
+        "20,21,22,23,24,25,26,27,28,29,30,31,32,33,34,35,36,37,38,39,40 --threads 1 & "
+        "pid=$!; sleep 0.3; kill -INT $pid; wait $pid");
+    EXPECT_EQ(stopped.code, 130) << stopped.err;
+    EXPECT_FALSE(fs::exists(path("unfinished")));
+}
+
+}  // namespace
+}  // namespace mscomp
