@@ -40,12 +40,15 @@ struct PlotPoint {
 std::vector<PlotPoint> plot_points(const SweepFile& sweep, const std::vector<SweepRow>& rows) {
     const SweepPlot& plot = sweep.plot;
     const std::string column = measure_column(plot.y, plot.fit);
+    // "true" alone would say nothing in a legend.
+    const std::string key = plot.group.substr(plot.group.find('.') + 1) + " = ";
     std::vector<PlotPoint> points;
     for (const SweepRow& row : rows) {
         const auto y = row.measures.find(column);
         if (y == row.measures.end() || (plot.log_y && y->second <= 0)) continue;
         points.push_back({text_of(sweep, row, plot.x),
-                          plot.group.empty() ? "" : text_of(sweep, row, plot.group), y->second});
+                          plot.group.empty() ? "" : key + text_of(sweep, row, plot.group),
+                          y->second});
     }
     return points;
 }
@@ -86,7 +89,8 @@ std::string lines(const SweepPlot& plot, const std::vector<PlotPoint>& points) {
 }
 
 std::string bars(const SweepPlot& plot, const std::vector<PlotPoint>& points) {
-    BarPlot picture{plot.title, plot.x, y_label(plot), AxisScale::linear, {}, {}};
+    BarPlot picture{
+        plot.title, plot.x == "name" ? "" : plot.x, y_label(plot), AxisScale::linear, {}, {}};
     if (plot.log_y) picture.y_scale = AxisScale::logarithmic;
     picture.categories = distinct(points, &PlotPoint::x);
     for (const std::string& group : distinct(points, &PlotPoint::group)) {

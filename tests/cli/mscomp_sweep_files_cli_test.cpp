@@ -38,6 +38,29 @@ TEST_F(SweepFiles, FindsFilesFromWhereTheyAreNamed) {
     EXPECT_EQ(json::parse(mscomp("info two/seed=0 --json").out).at("train_shapes"), 3);
 }
 
+// The configuration is the same, what it names is not: another list of shapes, other features.
+TEST_F(SweepFiles, TrainsAnewWhereWhatTheFilesHoldIsAnother) {
+    write_file(path("train.txt"), "0\n1\n2\n");
+    write_file(path("s.yaml"), kBase +
+                                   "points: {grid: {train.seed: [0]}}\n"
+                                   "measure: {fit: features}\n");
+    const std::string arguments =
+        "sweep s.yaml -o out --quiet --set 'data.split={train: file, path: train.txt}'";
+    expect_ok(arguments);
+    write_file(path("train.txt"), "0\n1\n2\n3\n");
+    expect_ok(arguments);
+    EXPECT_EQ(json::parse(mscomp("info out/seed=0 --json").out).at("train_shapes"), 4);
+
+    const std::string before = file("out/seed=0/checkpoint.safetensors");
+    fs::remove(path("arm.safetensors"));
+    const Outcome other = shell(folder_, std::string(MSCOMP_BIN_DIR) + "/acapfeat extract '" +
+                                             fs::path(arm_features()).parent_path().string() +
+                                             "/m' --weights uniform -o arm.safetensors --quiet");
+    ASSERT_EQ(other.code, 0) << other.err;
+    expect_ok(arguments);
+    EXPECT_FALSE(file("out/seed=0/checkpoint.safetensors") == before);
+}
+
 struct WrongFile {
     std::string text;   // behind the base
     std::string place;  // line and column
@@ -58,7 +81,7 @@ TEST_F(SweepFiles, RefusesWrongFilesBeforeAnythingIsWritten) {
         {"points:\n  list:\n    - {name: a, sets: {train.seed: 1}}\n", ":7:17", "set"},
         {"points:\n  list:\n    - {name: a}\n    - {name: a}\n", ":8:7", "two points"},
         {"points:\n  list:\n    - {name: a, set: {train.seed: 1}}\n  grid: {train.seed: [2]}\n",
-         ":8:23", "given twice"},
+         ":8:10", "given twice"},
         {"points: {grid: {train.seed: [0]}}\nmeasure: {split: tests}\n", ":6:18", "test"},
         {"points: {grid: {train.seed: [0]}}\nplot: {x: train.sed}\n", ":6:11", "train.seed"},
         {"points: {grid: {train.seed: [0]}}\nplot: {y: rms}\n", ":6:11", "rms_error"},
