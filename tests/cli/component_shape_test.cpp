@@ -90,6 +90,20 @@ TEST_F(ComponentShape, StaysOnAPieceThatIsLessThanHalf) {
     EXPECT_LT(largest_difference(mesh.vertices, shape), 1e-4);
 }
 
+// A step to the side leaves both ends of the bar alone: the longer one stays.
+TEST_F(ComponentShape, OfTwoStillPiecesTheLargerOneStays) {
+    for (const double from : {1.0, 2.5}) {
+        std::vector<Point> shape = context_.reference.vertices;
+        for (Point& p : shape) {
+            if (p[0] > 1.5) continue;
+            const double above = 0.3 * std::clamp(2 * (p[2] - from), 0.0, 1.0);
+            p[0] += from < 2 ? above - 0.3 : above;
+        }
+        const TriangleMesh mesh = ComponentShapes(context_).mesh(change_of(shape));
+        EXPECT_LT(largest_difference(mesh.vertices, shape), 1e-4) << from;
+    }
+}
+
 // Where every vertex changes the median of all displacements is zero.
 TEST_F(ComponentShape, ThatChangesEverywhereKeepsItsMedian) {
     std::vector<Point> larger = context_.reference.vertices;
