@@ -43,13 +43,17 @@ Choice activation_choice(nn::Activation& activation) {
     return choice(activation, {{nn::Activation::none, "none"}, {nn::Activation::tanh, "tanh"}});
 }
 
+Choice tied_choice(nn::Tied& tied) {
+    using nn::Tied;
+    return choice(tied,
+                  {{Tied::transpose, "transpose"}, {Tied::same, "same"}, {Tied::none, "none"}});
+}
+
 /// Readings of the papers that a model of stacked autoencoders, one level or more, can take.
 Table reading_keys(nn::StackedConfig& model) {
-    using nn::Tied;
     return {
         {"tied",
-         choice(model.tied,
-                {{Tied::transpose, "transpose"}, {Tied::same, "same"}, {Tied::none, "none"}}),
+         tied_choice(model.tied),
          {},
          "convolution of the decoder against that of the encoder"},
         {"latent_activation", activation_choice(model.latent_activation), {}, "on the codes"},
@@ -89,7 +93,7 @@ Table spectral_keys(nn::SpectralConfig& model) {
         {"filter_order", &model.filter_order, Bounds{1, 16}, "of the Chebyshev convolutions"},
         {"conv_channels", &model.conv_channels, kAtLeastOne,
          "per vertex behind the convolution; other than 9: a decoder of its own"},
-        {"tied", &model.tied, {}, "true: the decoder filters as the encoder does"},
+        {"tied", tied_choice(model.tied), {}, "filters of the decoder; same: the paper"},
         {"adjacency",
          choice(model.adjacency,
                 {{Adjacency::binary, "binary"}, {Adjacency::cotangent, "cotangent"}}),
@@ -103,6 +107,10 @@ Table spectral_keys(nn::SpectralConfig& model) {
          choice(model.spread, {{Spread::log_variance, "log_variance"}, {Spread::linear, "linear"}}),
          {},
          "what the second projection is; linear: as printed"},
+        {"sigma_offset",
+         &model.spread_offset,
+         {},
+         "added to it; null: where noise balances divergence, the paper: 0"},
         {"kl_epsilon", &model.kl_epsilon, kNotNegative, "inside the logarithm of a linear sigma"},
         {"straight_through",
          choice(model.straight_through,
@@ -218,6 +226,11 @@ Table train_table(nn::TrainConfig& train) {
          {},
          "proximal: exact zeros; subgradient: the papers"},
         {"supports", &train.supports, {}, "leave out vertices where nothing acts: faster"},
+        {"fill_up_to", &train.fill_up_to, kNotNegative,
+         "fewer shapes are joined by locally mixed ones; 0: never"},
+        {"plateau_epochs", &train.plateau_epochs, kNotNegative,
+         "ends when so many epochs gain too little; 0: never"},
+        {"plateau_gain", &train.plateau_gain, kUnitRange, "part of the loss that is too little"},
         {"checkpoint_every", &train.checkpoint_every, kAtLeastOne, "epochs; the last always"},
     };
 }

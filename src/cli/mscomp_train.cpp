@@ -58,6 +58,8 @@ nn::Config effective_config(const TrainOptions& options) {
 /// The configuration as far as it shapes the result: how long and how often saved may change.
 std::string comparable(nn::Config config) {
     config.train.epochs = 1;
+    config.train.plateau_epochs = 0;
+    config.train.plateau_gain = 0;
     config.train.checkpoint_every = 1;
     config.filter = {};
     return write_config(config, false);
@@ -81,11 +83,10 @@ TrainingSetup prepare(const nn::Config& config) {
     const Split split = resolve_split(config.data.split, outline.shape_count(), "");
     if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
     const FeatureRanges ranges(setup.features, split.train);
-    setup.scaler = ranges.scaler(config.data.center == nn::Scaling::minmax
-                                     ? FeatureCenter::minmax
-                                     : FeatureCenter::reference,
-                                 config.data.scale == nn::Scale::shared ? FeatureScale::shared
-                                                                        : FeatureScale::separate);
+    setup.scaler = ranges.scaler(
+        config.data.center == nn::Scaling::minmax ? FeatureCenter::minmax
+                                                  : FeatureCenter::reference,
+        config.data.scale == nn::Scale::shared ? FeatureScale::shared : FeatureScale::separate);
     const FeatureScaler minmax = ranges.scaler(FeatureCenter::minmax);
     setup.context.minmax_offset = minmax.offset;
     setup.context.minmax_factor = minmax.factor;
@@ -109,8 +110,10 @@ TrainingSetup prepare(const nn::Config& config) {
     setup.context.largest_distance_exact = normalizer.exact;
     setup.context.train_shapes = split.train;
     setup.context.test_shapes = split.test;
-    setup.model = make_model(config, outline.reference, *setup.distances, nn::ModelUse::training,
-                             std::min(config.train.batch, static_cast<int>(split.train.size())));
+    setup.model =
+        make_model(config, outline.reference, *setup.distances, nn::ModelUse::training,
+                   std::min(config.train.batch,
+                            nn::epoch_size(config.train, static_cast<int>(split.train.size()))));
     return setup;
 }
 
@@ -172,18 +175,22 @@ void train(const TrainOptions& options, const std::string& run, TrainingSetup& s
     // From the first moment on the folder holds what belongs together, even if nothing else comes.
     if (trainer.state().step == 0) save(run, setup, trainer, metrics, log);
     auto saved_at = std::chrono::steady_clock::now();
-    while (trainer.state().epoch < plan.epochs) {
+    while (!trainer.is_over()) {
         const nn::EpochReport report = trainer.run_epoch();
         metrics.append(report);
         progress.update(report.state.epoch, describe_loss(report, metrics.term_names()));
         const auto now = std::chrono::steady_clock::now();
-        const bool is_due = report.state.epoch % plan.checkpoint_every == 0 ||
-                            report.state.epoch == plan.epochs || now - saved_at > kLongestUnsaved;
+        const bool is_due = report.state.epoch % plan.checkpoint_every == 0 || trainer.is_over() ||
+                            now - saved_at > kLongestUnsaved;
         if (is_due || interrupted()) {
             save(run, setup, trainer, metrics, log);
             saved_at = std::chrono::steady_clock::now();
         }
         throw_if_interrupted(how_to_go_on(options, run, trainer));
+    }
+    if (trainer.state().is_plateau) {
+        log.append(fmt::format("plateau: the last {} epochs gained less than {} of the loss",
+                               plan.plateau_epochs, plan.plateau_gain));
     }
 }
 

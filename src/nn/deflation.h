@@ -33,11 +33,21 @@ struct FoundComponent {
 /// Indices of those of `vertices` where a component around `center` may act, rising.
 using FreePlaces = std::function<std::vector<int>(int center, std::span<const int> vertices)>;
 
-/// Takes `components` directions out of `residual` one after the other: around the strongest
-/// vertex, then around where the direction is longest, as long as that explains more. A component
-/// for which there is nothing left is all zero and has the centre that was tried last.
+/// How many vertices a start looks at besides the strongest.
+inline constexpr int kCandidates = 64;
+
+/// Vertices spread over the mesh, each as far as possible from those before it; the first is 0.
+std::vector<int> spread_vertices(DistanceRows& distances, int most);
+
+/// Takes `components` directions out of `residual` one after the other: around the one of
+/// `candidates` or the strongest vertex where most energy is left within reach, then around where
+/// the direction is longest, as long as that explains more. The energy of a whole ball counts,
+/// since a component has to serve all of it: single hot vertices would leave the ground between
+/// them to too few components. A component for which there is nothing left is all zero and has the
+/// centre that was tried last.
 std::vector<FoundComponent> deflate(DeflationResidual& residual, int components,
-                                    DistanceRows& distances, const FreePlaces& free_places);
+                                    DistanceRows& distances, const FreePlaces& free_places,
+                                    std::span<const int> candidates);
 
 /// Writes a direction into component weights (V,width), its first channels where width is less
 /// than nine; others stay as they are.

@@ -38,6 +38,8 @@ class DeflationResidual {
     double energy() const;
     /// The vertex with the largest remaining energy.
     int strongest_vertex() const;
+    /// What is left at each of vertices().
+    std::span<const double> energies() const { return energies_; }
     /// Vertices that directions are about, rising.
     std::span<const int> vertices() const { return vertices_; }
 

@@ -1,11 +1,61 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <vector>
 
 #include "kernels/spectral_kernels.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/nn/spectral_vae.h"
 
 namespace mscomp::nn {
+
+namespace {
+
+template <class T>
+double square_length(const T* values, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+        sum += static_cast<double>(values[i]) * static_cast<double>(values[i]);
+    }
+    return sum;
+}
+
+}  // namespace
+
+template <class T>
+void add_range_slopes(SpectralVae<T>& model) {
+    constexpr double kShell = 0.1;
+    ParameterSet<T>& parameters = model.parameters();
+    const auto& indices = model.indices();
+    const std::span<const T> weights = parameters.value(indices.weights);
+    const std::span<const T> grads = parameters.grad(indices.weights);
+    const std::span<const T> ranges = parameters.value(indices.ranges);
+    const std::span<T> slopes = parameters.grad(indices.ranges);
+    const std::vector<T> codes = model.codes();
+    const std::int64_t components = model.config().components, vertices = model.vertex_count();
+    const int channels = model.config().conv_channels;
+    const double shapes = static_cast<double>(codes.size()) / static_cast<double>(components);
+    parallel_for(components, [&](std::int64_t k) {
+        const std::span<const double> distance = model.component_centers().distances(k);
+        const auto range = static_cast<double>(ranges[static_cast<std::size_t>(k)]);
+        double curvature = 0;
+        for (std::size_t m = static_cast<std::size_t>(k); m < codes.size();
+             m += static_cast<std::size_t>(components)) {
+            curvature += static_cast<double>(codes[m]) * static_cast<double>(codes[m]);
+        }
+        curvature *= 2 * model.loss().reconstruction / shapes;
+        const double width = kShell * range;
+        if (!(curvature > 0) || !(width > 0)) return;
+        double gain = 0;
+        for (std::int64_t v = 0; v < vertices; ++v) {
+            const double beyond = distance[static_cast<std::size_t>(v)] - range;
+            if (std::abs(beyond) >= width) continue;
+            const std::size_t at = static_cast<std::size_t>((k * vertices + v) * channels);
+            gain += beyond > 0 ? square_length(grads.data() + at, channels) / (2 * curvature)
+                               : square_length(weights.data() + at, channels) * curvature / 2;
+        }
+        slopes[static_cast<std::size_t>(k)] -= static_cast<T>(gain / (2 * width));
+    });
+}
 
 template <class T>
 void proximal_step(SpectralVae<T>& model, double sparsity_weight, double rate, std::int64_t step) {
@@ -32,6 +82,8 @@ void proximal_step(SpectralVae<T>& model, double sparsity_weight, double rate, s
     });
 }
 
+template void add_range_slopes(SpectralVae<float>&);
+template void add_range_slopes(SpectralVae<double>&);
 template void proximal_step(SpectralVae<float>&, double, double, std::int64_t);
 template void proximal_step(SpectralVae<double>&, double, double, std::int64_t);
 

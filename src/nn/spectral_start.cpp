@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // What the spectral VAE begins with.
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -23,32 +21,6 @@ template <class T>
 void set_identity(std::span<T> theta, std::int64_t rows, std::int64_t columns) {
     std::ranges::fill(theta, T{0});
     for (std::int64_t c = 0; c < std::min(rows, columns); ++c) theta[at(c * columns + c)] = T{1};
-}
-
-/// C_std f at the start, the same for every component: where d/ds of weight e^s + kl (e^s - s) / 2
-/// vanishes, the error that noise makes in a direction of unit length against the divergence.
-double best_spread(const SpectralLossConfig& loss, Spread spread) {
-    const double variance = loss.kl > 0 ? loss.kl / (2 * loss.reconstruction + loss.kl) : 1e-3;
-    return spread == Spread::log_variance ? std::log(variance) : std::sqrt(variance);
-}
-
-/// A row r of least length with <r, f_m> = value for the shapes m, f = tanh of their rows
-/// (V,9,lanes); nearly, where shapes are alike. Shapes that do not differ from zero cannot be met.
-template <class T>
-std::vector<double> row_of_value(std::span<const T> rows, std::int64_t lanes, std::int64_t shapes,
-                                 double value) {
-    const std::int64_t size = static_cast<std::int64_t>(rows.size()) / lanes;
-    Eigen::MatrixXd outputs(size, shapes);
-    for (std::int64_t i = 0; i < size; ++i) {
-        for (std::int64_t m = 0; m < shapes; ++m) {
-            outputs(i, m) = std::tanh(static_cast<double>(rows[at(i * lanes + m)]));
-        }
-    }
-    Eigen::MatrixXd gram = outputs.transpose() * outputs;
-    gram.diagonal().array() += 1e-6 * gram.trace() / static_cast<double>(shapes) + 1e-30;
-    const Eigen::VectorXd row =
-        outputs * gram.ldlt().solve(Eigen::VectorXd::Constant(shapes, value));
-    return {row.begin(), row.end()};
 }
 
 }  // namespace
@@ -89,16 +61,12 @@ void start_deflation(SpectralVae<T>& model, const ScaledFeatures& features,
     const std::int64_t lanes = lane_count(model.batch_capacity());
     const std::int64_t vertices = model.vertex_count(), size = vertices * channels;
     DeflationResidual residual(vertices, start.count());
-    std::vector<double> spread;
     for (std::size_t first = 0; first < start.shapes.size(); first += start.batch) {
         const auto pass = start.pass(first);
         const auto count = static_cast<std::int64_t>(pass.size());
         model.load_batch(start.features, pass);
         const std::span<const T> rows = model.input_rows();
         residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first), count);
-        if (first == 0) {
-            spread = row_of_value(rows, lanes, count, best_spread(model.loss(), config.spread));
-        }
     }
     residual.drop_silent_vertices();
     const auto free_places = [&](int center, std::span<const int> places_of) {
@@ -111,19 +79,13 @@ void start_deflation(SpectralVae<T>& model, const ScaledFeatures& features,
         }
         return places;
     };
-    const auto found = deflate(residual, config.components, model.inner_distances(), free_places);
+    const auto found = deflate(residual, config.components, model.inner_distances(), free_places,
+                               spread_vertices(model.inner_distances(), kCandidates));
     std::vector<int> centers;
     for (std::int64_t k = 0; k < config.components; ++k) {
         centers.push_back(model.order().to_user[at(found[at(k)].center)]);
         write_direction(residual, found[at(k)].direction, channels,
                         parameters.value(indices.weights).subspan(at(k * size), at(size)));
-        const std::span<T> row =
-            parameters.value(indices.spread_weights).subspan(at(k * size), at(size));
-        for (std::int64_t i = 0; i < vertices * std::min(channels, kDim); ++i) {
-            const std::int64_t width = std::min(channels, kDim);
-            row[at(i / width * channels + i % width)] =
-                static_cast<T>(spread[at(i / width * kDim + i % width)]);
-        }
     }
     model.set_centers(0, std::move(centers));
 }

@@ -50,6 +50,12 @@ ScaledLaplacian<T> inner_laplacian(const OneRings& rings, const VertexOrder& ord
 
 }  // namespace
 
+double spread_offset(const SpectralConfig& config, const SpectralLossConfig& loss) {
+    if (config.spread_offset) return *config.spread_offset;
+    const double variance = loss.kl > 0 ? loss.kl / (2 * loss.reconstruction + loss.kl) : 1e-4;
+    return config.spread == Spread::log_variance ? std::log(variance) : std::sqrt(variance);
+}
+
 template <class T>
 SpectralVae<T>::SpectralVae(const SpectralConfig& config, const SpectralLossConfig& loss,
                             const OneRings& rings, std::span<const double> edge_weights,
@@ -82,6 +88,13 @@ void SpectralVae<T>::add_parameters() {
     std::ranges::fill(parameters_.value(indices_.ranges), static_cast<T>(config_.initial_range));
 }
 
+/// theta' on a tape whose parameters are numbered as those of the model.
+template <class T>
+Var SpectralVae<T>::decoder_filters(Tape<T>& tape, ParameterSet<T>& parameters) const {
+    const Var theta = tape.parameter(parameters, indices_.decoder_theta);
+    return config_.tied == Tied::transpose ? transpose_filters(tape, theta) : theta;
+}
+
 template <class T>
 void SpectralVae<T>::record() {
     const auto parameter = [&](int index) { return tape_.parameter(parameters_, index); };
@@ -95,12 +108,14 @@ void SpectralVae<T>::record() {
             ? spectral_encoder(tape_, batch_terms_, theta, weights, spread_weights)
             : project_moments(tape_, cheb_conv(tape_, laplacian_, x_, theta, Activation::tanh),
                               weights, spread_weights);
+    const double offset = spread_offset(config_, loss_);
+    if (offset != 0) moments_ = offset_spread(tape_, moments_, offset);
     sampled_ = sample_codes(tape_, moments_, noise_, config_.spread);
     if (!options_.losses) {
         total_ = weighted_sum(tape_, {}, {});
         return;
     }
-    const Var back = config_.own_decoder() ? parameter(indices_.decoder_theta) : theta;
+    const Var back = decoder_filters(tape_, parameters_);
     if (options_.fused) {
         reconstruction_ =
             spectral_decoder(tape_, laplacian_, sampled_, weights, back, x_, lane_mask_);
@@ -175,8 +190,10 @@ std::vector<double> SpectralVae<T>::term_values() {
 
 template <class T>
 void SpectralVae<T>::update(const TrainConfig& train, double rate, std::int64_t step) {
+    const bool is_proximal = train.sparsity_step == SparsityStep::proximal;
+    if (is_proximal) add_range_slopes(*this);
     adam_step(parameters_, rate, step);
-    if (train.sparsity_step == SparsityStep::proximal) {
+    if (is_proximal) {
         proximal_step(*this, loss_.sparsity, rate, step);
     }
     clamp_ranges();
@@ -206,19 +223,19 @@ std::vector<T> SpectralVae<T>::sampled_codes() {
 template <class T>
 std::vector<T> SpectralVae<T>::decode_lanes(std::span<const T> codes, int lanes,
                                             Activation activation) const {
-    ParameterSet<T> own;
-    const auto copy = [&](int index) {
-        const int made = own.add(parameters_.entry(index).name, parameters_.entry(index).extents);
-        std::ranges::copy(parameters_.value(index), own.value(made).begin());
-        return made;
-    };
-    const int weights = copy(indices_.weights), theta = copy(indices_.decoder_theta);
+    ParameterSet<T> own;  // the same entries, since the tape may write to them
+    for (int index = 0; index < parameters_.count(); ++index) {
+        own.add(parameters_.entry(index).name, parameters_.entry(index).extents);
+    }
+    for (const int index : {indices_.weights, indices_.decoder_theta}) {
+        std::ranges::copy(parameters_.value(index), own.value(index).begin());
+    }
     Tape<T> tape;
     const Var z = tape.input("codes", {1, config_.components, lanes});
     std::ranges::copy(codes, tape.value(z).begin());
     const Var output =
-        cheb_conv(tape, laplacian_, expand_codes(tape, z, tape.parameter(own, weights)),
-                  tape.parameter(own, theta), activation);
+        cheb_conv(tape, laplacian_, expand_codes(tape, z, tape.parameter(own, indices_.weights)),
+                  decoder_filters(tape, own), activation);
     tape.forward();
     return {tape.value(output).begin(), tape.value(output).end()};
 }

@@ -47,7 +47,8 @@ DeflationResidual residual_of(StackedModel<T>& model, int level, std::int64_t a,
 }
 
 template <class T>
-void deflate_level(StackedModel<T>& model, int index, const StartShapes& start) {
+void deflate_level(StackedModel<T>& model, int index, const StartShapes& start,
+                   std::span<const int> candidates) {
     const auto& level = model.levels()[at(index)];
     const std::int64_t size = model.vertex_count() * kDim;
     const std::span<T> weights = model.parameters().value(level.weights);
@@ -64,7 +65,7 @@ void deflate_level(StackedModel<T>& model, int index, const StartShapes& start) 
     for (std::int64_t a = 0; a < level.autoencoders; ++a) {
         DeflationResidual residual = residual_of(model, index, a, start, std::span<T>(rows));
         const auto found =
-            deflate(residual, level.components, model.inner_distances(), free_places);
+            deflate(residual, level.components, model.inner_distances(), free_places, candidates);
         for (std::size_t k = 0; k < found.size(); ++k) {
             centers.push_back(found[k].center);
             const std::int64_t row = a * level.components + static_cast<std::int64_t>(k);
@@ -109,12 +110,13 @@ void start_deflation(StackedModel<T>& model, const ScaledFeatures& features,
         set_identity(parameters.value(level.decoder_w_own));
     }
     const StartShapes start(features, shapes, model.batch_capacity());
+    const std::vector<int> candidates = spread_vertices(model.inner_distances(), kCandidates);
     // Levels that have not been started need not be touched.
     if (model.has_supports()) model.act_where_weights_are();
     model.load_batch(features, start.pass(0));
     for (int level = 0; level < static_cast<int>(model.levels().size()); ++level) {
         model.forward();
-        deflate_level(model, level, start);
+        deflate_level(model, level, start, candidates);
     }
     if (model.has_supports()) model.act_where_weights_are();
 }

@@ -20,35 +20,62 @@ std::span<const int> batch_of(const std::vector<int>& order, std::size_t first, 
 
 }  // namespace
 
+int epoch_size(const TrainConfig& config, int shapes) {
+    return std::max(shapes, config.fill_up_to);
+}
+
 Trainer::Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
                  std::span<const int> shapes)
     : model_(model),
       config_(config),
-      features_(features),
+      mixed_(epoch_size(config.train, static_cast<int>(shapes.size())) >
+                     static_cast<int>(shapes.size())
+                 ? std::make_unique<MixedFeatures>(features.shapes, shapes, model.inner_distances(),
+                                                   model.order(), config.train.seed)
+                 : nullptr),
+      features_{mixed_ ? *mixed_ : features.shapes, features.offset, features.factor},
       shapes_(shapes.begin(), shapes.end()),
       loader_(features_, model.order(), lane_count(model.batch_capacity())) {}
 
 Trainer::Trainer(Model<float>& model, const Config& config, std::span<const float> features,
                  std::span<const int> shapes)
-    : model_(model),
-      config_(config),
-      memory_(std::make_unique<MemoryFeatures>(features, model.vertex_count())),
-      features_{*memory_},
-      shapes_(shapes.begin(), shapes.end()),
-      loader_(features_, model.order(), lane_count(model.batch_capacity())) {}
+    : Trainer(model, config, std::make_unique<MemoryFeatures>(features, model.vertex_count()),
+              shapes) {}
+
+Trainer::Trainer(Model<float>& model, const Config& config, std::unique_ptr<MemoryFeatures> memory,
+                 std::span<const int> shapes)
+    : Trainer(model, config, ScaledFeatures{*memory}, shapes) {
+    memory_ = std::move(memory);
+}
 
 void Trainer::start() {
-    model_.start(config_.train, features_, shapes_);
+    model_.start(config_.train, features_, shapes_of_epoch(0));
     loaded_.clear();
     state_ = {};
 }
 
+bool Trainer::is_over() const { return state_.epoch >= config_.train.epochs || state_.is_plateau; }
+
+std::vector<int> Trainer::shapes_of_epoch(std::int64_t epoch) const {
+    constexpr std::int64_t kKeptEpochs = 8;
+    std::vector<int> all = shapes_;
+    const int count = static_cast<int>(shapes_.size());
+    const int mixed = epoch_size(config_.train, count) - count;
+    for (std::int64_t m = 0; m < mixed; ++m) {
+        all.push_back(features_.shapes.shape_count() +
+                      static_cast<int>((epoch / kKeptEpochs) * mixed + m));
+    }
+    return all;
+}
+
+/// All shapes as they are where one batch holds them, else drawn anew for every epoch.
 std::vector<int> Trainer::order_of_epoch(std::int64_t epoch) const {
-    std::vector<int> order = shapes_;
+    const std::vector<int> all = shapes_of_epoch(epoch);
+    if (static_cast<int>(all.size()) <= model_.batch_capacity()) return all;
+    std::vector<int> order;
     const CounterRandom random(config_.train.seed, static_cast<std::uint64_t>(epoch) + 1000);
-    const std::vector<int> drawn = random.permutation(static_cast<int>(shapes_.size()));
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        order[i] = shapes_[static_cast<std::size_t>(drawn[i])];
+    for (const int drawn : random.permutation(static_cast<int>(all.size()))) {
+        order.push_back(all[static_cast<std::size_t>(drawn)]);
     }
     return order;
 }
@@ -57,17 +84,15 @@ EpochReport Trainer::run_epoch() {
     EpochReport report;
     report.terms.resize(model_.term_names().size());
     const auto batch = static_cast<std::size_t>(model_.batch_capacity());
-    const bool is_full_batch = shapes_.size() <= batch;
-    const std::vector<int> order = is_full_batch ? shapes_ : order_of_epoch(state_.epoch);
+    const std::vector<int> order = order_of_epoch(state_.epoch);
     int steps = 0;
     const auto begin = std::chrono::steady_clock::now();
     for (std::size_t first = 0; first < order.size(); first += batch, ++steps) {
         load(batch_of(order, first, batch));
-        if (first + batch < order.size()) {
-            loader_.prepare(batch_of(order, first + batch, batch));
-        } else if (!is_full_batch) {
-            loader_.prepare(batch_of(order_of_epoch(state_.epoch + 1), 0, batch));
-        }
+        const std::vector<int> later =
+            first + batch < order.size() ? order : order_of_epoch(state_.epoch + 1);
+        const auto next = batch_of(later, first + batch < order.size() ? first + batch : 0, batch);
+        if (!std::ranges::equal(next, loaded_)) loader_.prepare(next);
         step(report);
     }
     const std::chrono::duration<double, std::milli> spent =
@@ -77,8 +102,21 @@ EpochReport Trainer::run_epoch() {
     for (double& term : report.terms) term /= steps;
     report.touched = model_.touched();
     ++state_.epoch;
+    watch_plateau(report.total);
     report.state = state_;
     return report;
+}
+
+void Trainer::watch_plateau(double total) {
+    const TrainConfig& train = config_.train;
+    if (train.plateau_epochs == 0) return;
+    state_.window_sum += total;
+    if (state_.epoch % train.plateau_epochs != 0) return;
+    const double mean = state_.window_sum / train.plateau_epochs;
+    state_.is_plateau =
+        state_.window_mean > 0 && mean > (1 - train.plateau_gain) * state_.window_mean;
+    state_.window_mean = mean;
+    state_.window_sum = 0;
 }
 
 void Trainer::load(std::span<const int> batch) {

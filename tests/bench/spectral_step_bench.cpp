@@ -45,7 +45,7 @@ struct Case {
 SpectralConfig config_of(const Case& what) {
     SpectralConfig config;
     if (what.model != "pytorch") return config;
-    config.tied = false;
+    config.tied = Tied::none;
     config.spread = Spread::linear;
     config.straight_through = StraightThrough::identity;
     config.range_term = RangeTerm::l2;

@@ -53,6 +53,9 @@ nn::Config config_with_no_default() {
     c.train.start = nn::Start::random;
     c.train.sparsity_step = nn::SparsityStep::subgradient;
     c.train.supports = false;
+    c.train.fill_up_to = 7;
+    c.train.plateau_epochs = 3;
+    c.train.plateau_gain = 0.375;
     c.train.checkpoint_every = 9;
     c.filter.minimum_strength = 1e-3;
     c.filter.relative_threshold = 1;
@@ -106,6 +109,9 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(r.train.start, c.train.start);
         EXPECT_EQ(r.train.sparsity_step, c.train.sparsity_step);
         EXPECT_EQ(r.train.supports, c.train.supports);
+        EXPECT_EQ(r.train.fill_up_to, c.train.fill_up_to);
+        EXPECT_EQ(r.train.plateau_epochs, c.train.plateau_epochs);
+        EXPECT_EQ(r.train.plateau_gain, c.train.plateau_gain);
         EXPECT_EQ(r.train.checkpoint_every, c.train.checkpoint_every);
         EXPECT_EQ(r.filter.minimum_strength, c.filter.minimum_strength);
         EXPECT_EQ(r.filter.relative_threshold, c.filter.relative_threshold);
@@ -141,10 +147,11 @@ TEST(ConfigRoundTrip, WhatOtherKindsWriteReadsBack) {
     vae.spectral = {7,
                     5,
                     6,
-                    false,
+                    nn::Tied::none,
                     nn::Adjacency::cotangent,
                     nn::LambdaMax::exact,
                     nn::Spread::linear,
+                    0.25,
                     1e-5,
                     nn::StraightThrough::identity,
                     nn::RangeTerm::l2,
@@ -208,6 +215,9 @@ TEST(ConfigRoundTrip, EveryKeyIsPrintedWithAComment) {
                             "start",
                             "sparsity_step",
                             "supports",
+                            "fill_up_to",
+                            "plateau_epochs",
+                            "plateau_gain",
                             "checkpoint_every",
                             "minimum_strength",
                             "relative_threshold",

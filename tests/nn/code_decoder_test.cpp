@@ -39,7 +39,7 @@ DecoderCase stacked(std::string name, Tied tied, Activation latent, Activation d
             }};
 }
 
-DecoderCase spectral(std::string name, int channels, bool tied) {
+DecoderCase spectral(std::string name, int channels, Tied tied) {
     return {std::move(name), [=](const OneRings& rings, DistanceRows& distances) {
                 SpectralConfig config;
                 config.components = 11;
@@ -180,8 +180,11 @@ INSTANTIATE_TEST_SUITE_P(
                     stacked("none", Tied::none, Activation::none, Activation::none),
                     stacked("latent_tanh", Tied::transpose, Activation::tanh, Activation::none),
                     stacked("decoder_fc_tanh", Tied::none, Activation::none, Activation::tanh),
-                    spectral("spectral", 9, true), spectral("spectral_own_decoder", 9, false),
-                    spectral("spectral_five_channels", 5, true)),
+                    spectral("spectral", 9, Tied::transpose),
+                    spectral("spectral_same", 9, Tied::same),
+                    spectral("spectral_own_decoder", 9, Tied::none),
+                    spectral("spectral_five_channels", 5, Tied::same),
+                    spectral("spectral_five_transposed", 5, Tied::transpose)),
     [](const auto& each) { return each.param.name; });
 
 }  // namespace

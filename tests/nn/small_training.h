@@ -76,6 +76,8 @@ struct SmallTraining {
         std::iota(shapes.begin(), shapes.end(), 0);
         config.stacked.levels = {{patches, 0.3, 1.0, {}}, {2, 0.15, 1.0, {}}};
         config.train.epochs = 20;
+        config.train.fill_up_to = 0;
+        config.train.plateau_epochs = 0;
     }
 
     std::unique_ptr<StackedModel<float>> make_model() {

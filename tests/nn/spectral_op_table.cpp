@@ -114,6 +114,8 @@ std::vector<OpCase<T>> spectral_op_table() {
         {"cheb_conv order 1", [](F& f) { conv(f, 1, 9, 9, Activation::none); }},
         {"cheb_conv order 4 9 to 5", [](F& f) { conv(f, 4, 9, 5, Activation::none); }},
         {"cheb_conv order 2 5 to 9", [](F& f) { conv(f, 2, 5, 9, Activation::tanh); }},
+        {"transpose_filters",
+         [](F& f) { f.output = transpose_filters(f.tape, filters(f, 3, 9, 5)); }},
         {"project_moments",
          [](F& f) {
              const Var x = rows(f, "f", 9), c = weights(f, "C", 9);
@@ -136,6 +138,7 @@ std::vector<OpCase<T>> spectral_op_table() {
          }},
         {"sample_codes", [](F& f) { sample(f, Spread::log_variance); }},
         {"sample_codes linear", [](F& f) { sample(f, Spread::linear); }},
+        {"offset_spread", [](F& f) { f.output = offset_spread(f.tape, moments(f), -5.25); }},
         {"kl_divergence",
          [](F& f) {
              f.output = kl_divergence(f.tape, moments(f), Spread::log_variance, 0.0, f.lanes);

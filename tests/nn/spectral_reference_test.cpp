@@ -25,9 +25,10 @@ SpectralConfig spectral_config(const nlohmann::json& from) {
     SpectralConfig config;
     config.components = from.at("K");
     config.filter_order = from.at("H");
-    config.tied = from.at("tied") == "same";
+    config.tied = from.at("tied") == "same" ? Tied::same : Tied::none;
     config.lambda_max = from.at("lambda_max").is_string() ? LambdaMax::exact : LambdaMax::two;
     config.spread = from.at("sigma") == "linear" ? Spread::linear : Spread::log_variance;
+    config.spread_offset = 0;
     config.kl_epsilon = from.at("kl_eps");
     config.straight_through =
         from.at("ste") == "identity" ? StraightThrough::identity : StraightThrough::outside;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mscomp/nn/spectral_config.h"
+#include "mscomp/nn/tied.h"
 
 namespace mscomp::nn {
 
@@ -26,7 +27,6 @@ struct LevelConfig {
     std::optional<SparsityRamp> sparsity_ramp;
 };
 
-enum class Tied { transpose, same, none };
 enum class Activation { none, tanh };
 
 /// The stacked attention autoencoders of [A] with the readings of method §3, and with one level the
@@ -86,6 +86,13 @@ struct TrainConfig {
     /// Steps of the last level leave out vertices where nothing acts (the same optimum, faster);
     /// needs the proximal step.
     bool supports = true;
+    /// Fewer training shapes than this are joined by mixed ones (MixedFeatures), others every eight
+    /// epochs; 0: never. Lanes come in sixteens, so that up to 48 cost what 36 do.
+    int fill_up_to = 48;
+    /// Training ends when the mean loss of so many epochs is less than `plateau_gain` of it below
+    /// that of as many before; 0: never before the last epoch.
+    int plateau_epochs = 100;
+    double plateau_gain = 0.01;
     int checkpoint_every = 100;  // epochs; the last one is always saved
 };
 

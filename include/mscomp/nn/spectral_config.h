@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+
+#include "mscomp/nn/tied.h"
+
 namespace mscomp::nn {
 
 /// Largest eigenvalue of the normalised Laplacian: 2 (its bound, the authors' code) or computed.
@@ -19,16 +23,24 @@ struct SpectralConfig {
     int components = 50;    // K, latent dimension, >= 1
     int filter_order = 3;   // H of the Chebyshev convolutions, 1 to 16
     int conv_channels = 9;  // d' of f, >= 1
-    bool tied = true;       // the decoder filters with theta; else, or where d' is not 9, its own
+    /// theta' of the decoder: that of the encoder transposed, the same ([B]), or its own.
+    Tied tied = Tied::transpose;
     Adjacency adjacency = Adjacency::binary;
     LambdaMax lambda_max = LambdaMax::two;
     Spread spread = Spread::log_variance;
+    /// Added to C_std f, so that there is little noise at the reference too, where f is zero.
+    /// Empty: where noise along a direction of unit length costs as much as it gains in divergence;
+    /// 0: [B].
+    std::optional<double> spread_offset;
     double kl_epsilon = 1e-8;  // inside the logarithm of a linear sigma, >= 0
     StraightThrough straight_through = StraightThrough::outside;
     RangeTerm range_term = RangeTerm::sum;
     double initial_range = 0.2;  // d_k at the start, normalised geodesic distance, [0, 1]
 
-    bool own_decoder() const { return !tied || conv_channels != 9; }
+    /// theta' is a parameter; filters that are the same need nine channels on both sides.
+    bool own_decoder() const {
+        return tied == Tied::none || (tied == Tied::same && conv_channels != 9);
+    }
 };
 
 /// Weights of the terms of the loss, all >= 0, [B] eq. 13.
@@ -40,5 +52,9 @@ struct SpectralLossConfig {
     double sparsity_range = 1.0;  // Phi
     double range_limit = 5.0;     // theta of Pi
 };
+
+/// The offset that spread_offset stands for: the minimum of reconstruction e^s + kl (e^s - s - 1)/2
+/// as log-variance or as sigma.
+double spread_offset(const SpectralConfig& config, const SpectralLossConfig& loss);
 
 }  // namespace mscomp::nn

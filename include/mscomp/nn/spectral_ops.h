@@ -51,6 +51,10 @@ template <class T>
 Var cheb_conv(Tape<T>& tape, const ScaledLaplacian<T>& laplacian, Var x, Var theta,
               Activation activation);
 
+/// theta_h^T for every h: (H,d,d') -> (H,d',d).
+template <class T>
+Var transpose_filters(Tape<T>& tape, Var theta);
+
 /// mu = C f and s = C_std f: f (1,V,d',L), C and C_std (1,K,V,d') -> moments (2,K,L).
 template <class T>
 Var project_moments(Tape<T>& tape, Var f, Var component_weights, Var spread_weights);
@@ -58,6 +62,10 @@ Var project_moments(Tape<T>& tape, Var f, Var component_weights, Var spread_weig
 /// f_i = sum_k C_k,i z_k for any number of channels: codes (1,K,L), C (1,K,V,d') -> (1,V,d',L).
 template <class T>
 Var expand_codes(Tape<T>& tape, Var codes, Var component_weights);
+
+/// (mu, s + offset): moments (2,K,L) -> the same.
+template <class T>
+Var offset_spread(Tape<T>& tape, Var moments, double offset);
 
 /// z = mu + sigma noise, sigma = exp(s/2) or s: moments (2,K,L), noise (1,K,L) -> (1,K,L). [B]
 /// eq. 4.

@@ -94,6 +94,7 @@ class SpectralVae final : public Model<T> {
   private:
     void add_parameters();
     void record();
+    Var decoder_filters(Tape<T>& tape, ParameterSet<T>& parameters) const;
     void batch_loaded(std::span<const int> shapes) override;
     std::vector<T> decode_lanes(std::span<const T> codes, int lanes, Activation activation) const;
 
@@ -116,6 +117,16 @@ class SpectralVae final : public Model<T> {
     Var noise_, moments_, sampled_;
     Var reconstruction_, kl_, sparsity_, range_, sparsity_range_;
 };
+
+/// The slope of the best loss in every range, added to the gradients of the ranges after backward.
+/// Beside exact zeros the straight-through slope is blind: Omega is zero whatever the range, and
+/// Phi alone would shrink it to nothing. By the envelope theorem the slope is what the error would
+/// rise by if the shell of width delta inside the range lost its weights, and fall by if the one
+/// outside got some, per unit of range: -(1/(2 delta)) (sum_in h |C_k,i|^2/2 + sum_out |g_k,i|^2/(2
+/// h)), g the gradient of the weights, h = 2 w/n sum_m z_mk^2 (about its own slope), w the weight
+/// of the reconstruction, delta a tenth of the range.
+template <class T>
+void add_range_slopes(SpectralVae<T>& model);
 
 /// The proximal step of Omega in Adam's metric, to be taken after adam_step; see
 /// proximal_step(StackedModel&) for the equation. Leaves exact zeros.

@@ -24,8 +24,7 @@ void start_deflation(StackedModel<T>& model, const ScaledFeatures& features,
                      std::span<const int> shapes);
 
 /// The spectral VAE likewise: theta_0 is the identity and the other filters are zero, components
-/// act inside the initial range, and C_std gives every shape of the first batch the spread at which
-/// noise costs as much as it gains in divergence.
+/// act inside the initial range, and C_std is zero: the spread is its offset.
 template <class T>
 void start_random(SpectralVae<T>& model, std::uint64_t seed);
 template <class T>

@@ -9,10 +9,14 @@
 
 #include "mscomp/nn/batch_loader.h"
 #include "mscomp/nn/config.h"
+#include "mscomp/nn/mixed_features.h"
 #include "mscomp/nn/model.h"
 #include "mscomp/nn/model_file.h"
 
 namespace mscomp::nn {
+
+/// Shapes in an epoch of training on `shapes`: fewer are filled up by mixed ones.
+int epoch_size(const TrainConfig& config, int shapes);
 
 /// Means over the steps of one epoch.
 struct EpochReport {
@@ -29,8 +33,9 @@ struct EpochReport {
 /// same bits as never stopped, for any number of threads.
 class Trainer {
   public:
-    /// Borrows everything. `shapes` are those to train on (at least one). While they all fit into
-    /// one batch they are read once; otherwise the next batch is gathered during a step.
+    /// Borrows everything. `shapes` are those to train on (at least one), joined by mixed ones if
+    /// they are few. While they all fit into one batch they stay there as long as they are the
+    /// same; the next batch is gathered during a step.
     Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
             std::span<const int> shapes);
     /// `features` (N,V,9) in memory, scaled already.
@@ -50,8 +55,15 @@ class Trainer {
     /// Codes of the training shapes per level, (n, A*K).
     std::vector<std::vector<float>> codes();
 
+    /// No epochs are left, or a plateau has been reached.
+    bool is_over() const;
+
   private:
+    Trainer(Model<float>& model, const Config& config, std::unique_ptr<MemoryFeatures> memory,
+            std::span<const int> shapes);
+    std::vector<int> shapes_of_epoch(std::int64_t epoch) const;
     std::vector<int> order_of_epoch(std::int64_t epoch) const;
+    void watch_plateau(double total);
     void load(std::span<const int> batch);
     void step(EpochReport& report);
     void require_finite(float loss);
@@ -59,6 +71,7 @@ class Trainer {
     Model<float>& model_;
     const Config& config_;
     std::unique_ptr<MemoryFeatures> memory_;
+    std::unique_ptr<MixedFeatures> mixed_;  // none if there are shapes enough
     ScaledFeatures features_;
     std::vector<int> shapes_;
     BatchLoader loader_;

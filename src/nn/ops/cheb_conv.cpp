@@ -166,6 +166,62 @@ class ChebConv final : public Op<T> {
     AlignedVector<T> partials_;        // (chunks,H,d,d')
 };
 
+template <class T>
+class TransposeFilters final : public Op<T> {
+  public:
+    TransposeFilters(Tape<T>& tape, Var theta)
+        : theta_(theta),
+          order_(tape.extents(theta)[0]),
+          in_(tape.extents(theta)[1]),
+          out_(tape.extents(theta)[2]),
+          transposed_(tape.result("transposed_filters", {order_, out_, in_}, true)) {}
+
+    std::string_view name() const override { return "transpose_filters"; }
+    Var output() const override { return transposed_; }
+
+    void forward(Tape<T>& tape) override {
+        for_each([&](std::size_t from, std::size_t to) {
+            tape.value(transposed_)[to] = tape.value(theta_)[from];
+        });
+    }
+
+    void backward(Tape<T>& tape) override {
+        for_each([&](std::size_t from, std::size_t to) {
+            tape.grad(theta_)[from] += tape.grad(transposed_)[to];
+        });
+    }
+
+    std::vector<T> reference(Tape<T>& tape) const override {
+        std::vector<T> result;
+        for (std::int64_t h = 0; h < order_; ++h) {
+            for (std::int64_t o = 0; o < out_; ++o) {
+                for (std::int64_t c = 0; c < in_; ++c) {
+                    result.push_back(
+                        tape.value(theta_)[static_cast<std::size_t>((h * in_ + c) * out_ + o)]);
+                }
+            }
+        }
+        return result;
+    }
+
+  private:
+    template <class Visit>
+    void for_each(Visit visit) const {
+        for (std::int64_t h = 0; h < order_; ++h) {
+            for (std::int64_t c = 0; c < in_; ++c) {
+                for (std::int64_t o = 0; o < out_; ++o) {
+                    visit(static_cast<std::size_t>((h * in_ + c) * out_ + o),
+                          static_cast<std::size_t>((h * out_ + o) * in_ + c));
+                }
+            }
+        }
+    }
+
+    Var theta_;
+    std::int64_t order_, in_, out_;
+    Var transposed_;
+};
+
 }  // namespace
 
 template <class T>
@@ -174,6 +230,13 @@ Var cheb_conv(Tape<T>& tape, const ScaledLaplacian<T>& laplacian, Var x, Var the
     return record_op<ChebConv<T>>(tape, laplacian, x, theta, activation);
 }
 
+template <class T>
+Var transpose_filters(Tape<T>& tape, Var theta) {
+    return record_op<TransposeFilters<T>>(tape, theta);
+}
+
+template Var transpose_filters(Tape<float>&, Var);
+template Var transpose_filters(Tape<double>&, Var);
 template Var cheb_conv(Tape<float>&, const ScaledLaplacian<float>&, Var, Var, Activation);
 template Var cheb_conv(Tape<double>&, const ScaledLaplacian<double>&, Var, Var, Activation);
 

@@ -10,6 +10,44 @@ namespace mscomp::nn {
 namespace {
 
 template <class T>
+class OffsetSpread final : public Op<T> {
+  public:
+    OffsetSpread(Tape<T>& tape, Var moments, double offset)
+        : moments_(moments),
+          offset_(static_cast<T>(offset)),
+          sum_(tape.result("offset_spread", tape.extents(moments), true)) {}
+
+    std::string_view name() const override { return "offset_spread"; }
+    Var output() const override { return sum_; }
+
+    void forward(Tape<T>& tape) override {
+        const std::span<T> from = tape.value(moments_), to = tape.value(sum_);
+        const std::size_t half = from.size() / 2;
+        for (std::size_t i = 0; i < half; ++i) {
+            to[i] = from[i];
+            to[half + i] = from[half + i] + offset_;
+        }
+    }
+
+    void backward(Tape<T>& tape) override {
+        for (std::size_t i = 0; i < tape.grad(sum_).size(); ++i) {
+            tape.grad(moments_)[i] += tape.grad(sum_)[i];
+        }
+    }
+
+    std::vector<T> reference(Tape<T>& tape) const override {
+        std::vector<T> sum(tape.value(moments_).begin(), tape.value(moments_).end());
+        for (std::size_t i = sum.size() / 2; i < sum.size(); ++i) sum[i] += offset_;
+        return sum;
+    }
+
+  private:
+    Var moments_;
+    T offset_;
+    Var sum_;
+};
+
+template <class T>
 class SampleCodes final : public Op<T> {
   public:
     SampleCodes(Tape<T>& tape, Var moments, Var noise, Spread spread)
@@ -191,6 +229,11 @@ class RangeTermOp final : public Op<T> {
 }  // namespace
 
 template <class T>
+Var offset_spread(Tape<T>& tape, Var moments, double offset) {
+    return record_op<OffsetSpread<T>>(tape, moments, offset);
+}
+
+template <class T>
 Var sample_codes(Tape<T>& tape, Var moments, Var noise, Spread spread) {
     return record_op<SampleCodes<T>>(tape, moments, noise, spread);
 }
@@ -206,6 +249,8 @@ Var range_term(Tape<T>& tape, Var ranges, RangeTerm kind) {
     return record_op<RangeTermOp<T>>(tape, ranges, kind);
 }
 
+template Var offset_spread(Tape<float>&, Var, double);
+template Var offset_spread(Tape<double>&, Var, double);
 template Var sample_codes(Tape<float>&, Var, Var, Spread);
 template Var sample_codes(Tape<double>&, Var, Var, Spread);
 template Var kl_divergence(Tape<float>&, Var, Spread, double, const LaneMask<float>&);

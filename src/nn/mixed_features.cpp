@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/nn/mixed_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "deflation.h"
+#include "mscomp/base/random.h"
+
+namespace mscomp::nn {
+namespace {
+
+constexpr int kFewestPatches = 4, kMostPatches = 40;
+constexpr float kBlend = 0.05F;
+/// Streams of random numbers for mixing, away from those of start, batches and noise.
+constexpr std::uint64_t kMixStreams = std::uint64_t{1} << 61;
+
+std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
+
+}  // namespace
+
+MixedFeatures::MixedFeatures(const ShapeFeatures& features, std::span<const int> shapes,
+                             DistanceRows& distances, const VertexOrder& order, std::uint64_t seed)
+    : features_(features), shapes_(shapes.begin(), shapes.end()), seed_(seed) {
+    for (const int middle : spread_vertices(distances, kCandidates)) {
+        const std::span<const double> row = distances.row(middle);
+        std::vector<float>& user = middles_.emplace_back(row.size());
+        for (std::size_t v = 0; v < row.size(); ++v) {
+            user[at(order.to_user[v])] = static_cast<float>(row[v]);
+        }
+    }
+}
+
+MixedFeatures::Mix MixedFeatures::mix(int m) const {
+    const CounterRandom random(seed_, kMixStreams + static_cast<std::uint64_t>(m));
+    const int most = std::min(kMostPatches, static_cast<int>(middles_.size()));
+    const int fewest = std::min(kFewestPatches, most);
+    const int patches =
+        fewest + static_cast<int>(random.uniform(0) * static_cast<double>(most - fewest + 1));
+    const std::vector<int> order =
+        CounterRandom(seed_, kMixStreams + (std::uint64_t{1} << 40) + static_cast<std::uint64_t>(m))
+            .permutation(static_cast<int>(middles_.size()));
+    Mix result;
+    for (int p = 0; p < patches; ++p) {
+        const double drawn = random.uniform(static_cast<std::uint64_t>(p) + 1);
+        result.shapes.push_back(
+            shapes_[at(static_cast<std::int64_t>(drawn * static_cast<double>(shapes_.size())))]);
+    }
+    result.weights.resize(at(std::int64_t{vertex_count()} * patches));
+    for (std::int64_t v = 0; v < vertex_count(); ++v) {
+        float* weights = result.weights.data() + v * patches;
+        float nearest = middles_[at(order[0])][at(v)];
+        for (int p = 0; p < patches; ++p) {
+            weights[p] = middles_[at(order[at(p)])][at(v)];
+            nearest = std::min(nearest, weights[p]);
+        }
+        float sum = 0;
+        for (int p = 0; p < patches; ++p) {
+            const float beyond = (weights[p] - nearest) / kBlend;
+            weights[p] = beyond > 8 ? 0 : std::exp(-beyond);
+            sum += weights[p];
+        }
+        for (int p = 0; p < patches; ++p) weights[p] /= sum;
+    }
+    return result;
+}
+
+std::vector<float> MixedFeatures::mixed_row(int m) const {
+    const Mix parts = mix(m);
+    const std::size_t patches = parts.shapes.size();
+    std::vector<std::span<const float>> sources;
+    for (const int shape : parts.shapes) sources.push_back(features_.shape(shape));
+    std::vector<float> row(at(std::int64_t{vertex_count()} * kFeatureDim), 0.0F);
+    for (std::size_t v = 0; v < at(vertex_count()); ++v) {
+        for (std::size_t p = 0; p < patches; ++p) {
+            const float weight = parts.weights[v * patches + p];
+            if (weight == 0) continue;
+            for (std::size_t c = 0; c < kFeatureDim; ++c) {
+                row[v * kFeatureDim + c] += weight * sources[p][v * kFeatureDim + c];
+            }
+        }
+    }
+    return row;
+}
+
+std::span<const float> MixedFeatures::shape(int index) const {
+    if (index < features_.shape_count()) return features_.shape(index);
+    {
+        const std::lock_guard lock(mutex_);
+        if (const auto found = rows_.find(index); found != rows_.end()) return found->second;
+    }
+    std::vector<float> row = mixed_row(index - features_.shape_count());
+    const std::lock_guard lock(mutex_);
+    return rows_.try_emplace(index, std::move(row)).first->second;
+}
+
+void MixedFeatures::forget(int index) const {
+    if (index < features_.shape_count()) return features_.forget(index);
+    const std::lock_guard lock(mutex_);
+    rows_.erase(index);
+}
+
+}  // namespace mscomp::nn
