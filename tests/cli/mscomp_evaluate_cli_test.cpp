@@ -349,7 +349,7 @@ TEST_F(MscompEvaluate, InterruptedItWritesNothing) {
         std::string(MSCOMP_BIN_DIR) +
         "/mscomp evaluate run -o unfinished --handles 5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,"
         "20,21,22,23,24,25,26,27,28,29,30,31,32,33,34,35,36,37,38,39,40 --threads 1 & "
-        "pid=$!; sleep 0.3; kill -INT $pid; wait $pid");
+        "pid=$!; for i in 1 2 3 4 5 6; do sleep 0.3; kill -INT $pid; done; wait $pid");
     EXPECT_EQ(stopped.code, 130) << stopped.err;
     EXPECT_FALSE(fs::exists(path("unfinished")));
 }
