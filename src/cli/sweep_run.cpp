@@ -46,7 +46,8 @@ Progressed progress_of(const std::string& run, const nn::Config& config, const P
                          file.context().source_hash == data.hash &&
                          file.context().train_shapes == data.train;
     if (!is_same || file.state().epoch > config.train.epochs) return Progressed::not_at_all;
-    return file.state().epoch == config.train.epochs ? Progressed::to_the_end : Progressed::partly;
+    const bool is_over = file.state().is_plateau || file.state().epoch == config.train.epochs;
+    return is_over ? Progressed::to_the_end : Progressed::partly;
 }
 
 std::string evaluation_path(const std::string& run) {

@@ -85,6 +85,20 @@ TEST_F(Sweep, RepeatedTrainsNothingAndGivesTheSame) {
     EXPECT_THAT(again.err, HasSubstr("point 4 of 4"));
 }
 
+// A point that ended on a plateau, before its last epoch, is finished too.
+TEST_F(Sweep, LeavesPlateausAlone) {
+    const std::string arguments =
+        "sweep grid.yaml -o out --quiet --set train.epochs=50 --set train.plateau_epochs=2 "
+        "--set train.plateau_gain=1";
+    expect_ok(arguments);
+    const std::string table = file("out/table.csv");
+    EXPECT_LT(std::stoi(rows_of(table)[0].at("epochs")), 50);
+    const auto before = time_of("out/" + kNames[0] + "/log.txt");
+    expect_ok(arguments);
+    EXPECT_EQ(time_of("out/" + kNames[0] + "/log.txt"), before);
+    EXPECT_EQ(file("out/table.csv"), table);
+}
+
 // Stopped in its second point and gone on with: the same rows and the same models.
 TEST_F(Sweep, StoppedAndRepeatedGivesTheSame) {
     const std::string arguments = "sweep grid.yaml --threads 1 --set train.epochs=400 --quiet -o ";
@@ -148,14 +162,17 @@ TEST_F(Sweep, FollowsTheNumberOfEpochs) {
 TEST_F(Sweep, MeasuresAnewWithoutTraining) {
     expect_ok("sweep grid.yaml -o out --quiet");
     const auto before = time_of("out/" + kNames[0] + "/checkpoint.safetensors");
-    write_file(path("grid.yaml"), kBase + kGrid + "# \n");
-    std::string text = file("grid.yaml");
-    text.replace(text.find("{fit: features}"), 15, "{fit: both, split: train}");
-    write_file(path("grid.yaml"), text);
-    expect_ok("sweep grid.yaml -o out --quiet");
-    EXPECT_EQ(time_of("out/" + kNames[0] + "/checkpoint.safetensors"), before);
+    const auto measure_as = [&](const std::string& wanted) {
+        std::string text = kBase + kGrid;
+        text.replace(text.find("{fit: features}"), 15, wanted);
+        write_file(path("grid.yaml"), text);
+        expect_ok("sweep grid.yaml -o out --quiet");
+        EXPECT_EQ(time_of("out/" + kNames[0] + "/checkpoint.safetensors"), before);
+    };
+    measure_as("{fit: features, split: train}");
     const json kept = json::parse(file("out/" + kNames[0] + "/evaluation.json"));
     EXPECT_EQ(kept.at("evaluation").at("split"), "train");
+    measure_as("{fit: both, split: train}");
     EXPECT_EQ(rows_of(file("out/table.csv"))[0].count("vertices_rms_error"), 1u);
 }
 
