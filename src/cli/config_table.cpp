@@ -121,6 +121,7 @@ Table spectral_keys(nn::SpectralConfig& model) {
          choice(model.range_term, {{RangeTerm::sum, "sum"}, {RangeTerm::l2, "l2"}}),
          {},
          "of the learned ranges; l2: as printed"},
+        {"learned_range", &model.learned_range, {}, "false: ranges stay as they start"},
         {"initial_range", &model.initial_range, kUnitRange, "geodesic radius, diameter = 1"},
     };
 }

@@ -191,7 +191,11 @@ std::vector<double> SpectralVae<T>::term_values() {
 template <class T>
 void SpectralVae<T>::update(const TrainConfig& train, double rate, std::int64_t step) {
     const bool is_proximal = train.sparsity_step == SparsityStep::proximal;
-    if (is_proximal) add_range_slopes(*this);
+    if (!config_.learned_range) {
+        std::ranges::fill(parameters_.grad(indices_.ranges), T{0});
+    } else if (is_proximal) {
+        add_range_slopes(*this);
+    }
     adam_step(parameters_, rate, step);
     if (is_proximal) {
         proximal_step(*this, loss_.sparsity, rate, step);

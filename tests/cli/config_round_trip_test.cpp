@@ -155,6 +155,7 @@ TEST(ConfigRoundTrip, WhatOtherKindsWriteReadsBack) {
                     1e-5,
                     nn::StraightThrough::identity,
                     nn::RangeTerm::l2,
+                    false,
                     0.375};
     vae.spectral_loss = {2, 3, 4, 5, 6, 7};
     nn::Config one = default_config("autoencoder");

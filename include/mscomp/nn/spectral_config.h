@@ -35,6 +35,7 @@ struct SpectralConfig {
     double kl_epsilon = 1e-8;  // inside the logarithm of a linear sigma, >= 0
     StraightThrough straight_through = StraightThrough::outside;
     RangeTerm range_term = RangeTerm::sum;
+    bool learned_range = true;  // false: d_k stays the initial range
     double initial_range = 0.2;  // d_k at the start, normalised geodesic distance, [0, 1]
 
     /// theta' is a parameter; filters that are the same need nine channels on both sides.
