@@ -70,8 +70,9 @@ void write_model(const std::string& path, Model<float>& model, const ModelContex
     const std::vector<double> reference = flat(context.reference.vertices);
     const std::vector<int> faces = flat(context.reference.faces);
     const std::array<double, 2> numbers{context.largest_distance, state.total};
-    const std::array<double, 3> window{state.window_mean, state.window_sum,
-                                       state.is_plateau ? 1.0 : 0.0};
+    const std::array<double, 4> window{state.window_mean, state.window_sum,
+                                       state.is_plateau ? 1.0 : 0.0,
+                                       static_cast<double>(state.window_epochs)};
     const auto count = [](const auto& values) { return static_cast<std::int64_t>(values.size()); };
     arrays.add<double>("reference", {context.reference.vertex_count(), 3}, reference);
     arrays.add<int>("faces", {context.reference.face_count(), 3}, faces);
@@ -80,7 +81,7 @@ void write_model(const std::string& path, Model<float>& model, const ModelContex
     arrays.add<double>("minmax_offset", {kFeatureDim}, context.minmax_offset);
     arrays.add<double>("minmax_factor", {kFeatureDim}, context.minmax_factor);
     arrays.add<double>("largest_distance_and_total", {2}, numbers);
-    arrays.add<double>("plateau", {3}, window);
+    arrays.add<double>("plateau", {4}, window);
     arrays.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
     arrays.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
 
@@ -152,12 +153,7 @@ struct ModelFile::Content {
         const auto numbers = file.data<double>("largest_distance_and_total", {2});
         context.largest_distance = numbers[0];
         state.total = numbers[1];
-        if (file.contains("plateau")) {
-            const auto window = file.data<double>("plateau", {3});
-            state.window_mean = window[0];
-            state.window_sum = window[1];
-            state.is_plateau = window[2] != 0;
-        }
+        if (file.contains("plateau")) read_window(file.data<double>("plateau", {-1}));
         const auto indices = [&](const char* name) {
             const auto values = file.data<int>(name, {-1});
             return std::vector<int>(values.begin(), values.end());
@@ -170,6 +166,16 @@ struct ModelFile::Content {
         }
         check_faces(path);
         check_shapes(path);
+    }
+
+    void read_window(std::span<const double> window) {
+        if (window.size() < 3) return;
+        state.window_mean = window[0];
+        state.is_plateau = window[2] != 0;
+        // Early files do not say how many epochs the sum is of: their window begins anew.
+        if (window.size() < 4) return;
+        state.window_sum = window[1];
+        state.window_epochs = static_cast<std::int64_t>(window[3]);
     }
 
     void check_shapes(const std::string& path) const {

@@ -54,7 +54,10 @@ void Trainer::start() {
     state_ = {};
 }
 
-bool Trainer::is_over() const { return state_.epoch >= config_.train.epochs || state_.is_plateau; }
+bool Trainer::is_over() const {
+    const TrainConfig& train = config_.train;
+    return state_.epoch >= train.epochs || (state_.is_plateau && train.plateau_epochs > 0);
+}
 
 std::vector<int> Trainer::shapes_of_epoch(std::int64_t epoch) const {
     constexpr std::int64_t kKeptEpochs = 8;
@@ -107,16 +110,22 @@ EpochReport Trainer::run_epoch() {
     return report;
 }
 
+/// Epochs of a window are counted, since a resumed run may have windows of another length.
 void Trainer::watch_plateau(double total) {
     const TrainConfig& train = config_.train;
-    if (train.plateau_epochs == 0) return;
+    const double before = state_.window_mean;
+    state_.is_plateau = false;
+    if (train.plateau_epochs == 0) {
+        state_.window_mean = state_.window_sum = 0;
+        state_.window_epochs = 0;
+        return;
+    }
     state_.window_sum += total;
-    if (state_.epoch % train.plateau_epochs != 0) return;
-    const double mean = state_.window_sum / train.plateau_epochs;
-    state_.is_plateau =
-        state_.window_mean > 0 && mean > (1 - train.plateau_gain) * state_.window_mean;
-    state_.window_mean = mean;
+    if (++state_.window_epochs < train.plateau_epochs) return;
+    state_.window_mean = state_.window_sum / static_cast<double>(state_.window_epochs);
+    state_.is_plateau = before > 0 && state_.window_mean > (1 - train.plateau_gain) * before;
     state_.window_sum = 0;
+    state_.window_epochs = 0;
 }
 
 void Trainer::load(std::span<const int> batch) {

@@ -55,7 +55,7 @@ class Trainer {
     /// Codes of the training shapes per level, (n, A*K).
     std::vector<std::vector<float>> codes();
 
-    /// No epochs are left, or a plateau has been reached.
+    /// No epochs are left, or a plateau has been reached and counts (TrainConfig::plateau_epochs).
     bool is_over() const;
 
   private:
