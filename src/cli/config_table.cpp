@@ -146,7 +146,8 @@ Table stacked_loss_table(nn::LossConfig& loss) {
 Table spectral_loss_table(nn::SpectralLossConfig& loss) {
     return {
         {"reconstruction", &loss.reconstruction, kNotNegative, "squared feature error"},
-        {"kl", &loss.kl, kNotNegative, "divergence of the codes from the normal distribution"},
+        {"kl", &loss.kl, kNotNegative,
+         "divergence of the codes from the normal distribution; the paper: 0.01"},
         {"sparsity", &loss.sparsity, kNotNegative, "group sparsity outside the sparsity ranges"},
         {"range", &loss.range, kNotNegative, "keeps codes within the limit below"},
         {"sparsity_range", &loss.sparsity_range, kNotNegative, "keeps the learned ranges small"},
@@ -212,7 +213,8 @@ Table train_table(nn::TrainConfig& train) {
     return {
         {"epochs", &train.epochs, kAtLeastOne, "passes over the training shapes"},
         {"batch", &train.batch, kAtLeastOne, "shapes per step, at most all"},
-        {"learning_rate", &train.learning_rate, kPositive, "of Adam, at the start"},
+        {"learning_rate", &train.learning_rate, kPositive,
+         "of Adam, at the start; the papers: 0.001"},
         {"learning_rate_decay", &train.learning_rate_decay, kPositiveUpToOne, "factor per decay"},
         {"decay_steps", &train.decay_steps, kAtLeastOne, "steps between two decays"},
         {"learning_rate_floor", &train.learning_rate_floor, kNotNegative, "never below"},
@@ -307,7 +309,7 @@ Table level_table(nn::LevelConfig& level) {
         {"sparsity_range", &level.sparsity_range, kUnitRange, "geodesic radius, diameter = 1",
          true},
         {"max_support", &level.max_support, kPositiveUpToOne,
-         "part of the vertices it may act on; null: 0.9 of the range, the papers: 1"},
+         "part of the vertices it may act on; null: the range, the papers: 1"},
         {"sparsity_ramp", &level.sparsity_ramp, {}, "instead of a step at the range"},
     };
 }

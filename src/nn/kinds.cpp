@@ -47,7 +47,7 @@ std::unique_ptr<Model<float>> make_spectral(const Making& making) {
 }
 
 /// The AAAI-18 predecessor: one level (method §3).
-void autoencoder_defaults(Config& config) { config.stacked.levels = {{50, 0.3, {}, {}}}; }
+void autoencoder_defaults(Config& config) { config.stacked.levels = {{50, 0.25, {}, {}}}; }
 
 void keep_defaults(Config&) {}
 

@@ -51,7 +51,7 @@ double SparsityRows::penalty(const SparsityRow& around, std::int64_t row) const 
 
 double SparsityRows::reach(std::span<const double> distances) const {
     // One tenth less than the range leaves room for the ring that the convolution adds around.
-    const double part = level_.max_support.value_or(0.9 * level_.sparsity_range);
+    const double part = level_.max_support.value_or(level_.sparsity_range);
     const auto most = std::max<std::size_t>(
         1, static_cast<std::size_t>(part * static_cast<double>(distances.size())));
     if (most >= distances.size()) return level_.sparsity_range;

@@ -85,6 +85,11 @@ void SpectralVae<T>::add_parameters() {
     indices_.weights = parameters_.add("component_weights", weights);
     indices_.spread_weights = parameters_.add("spread_weights", weights);
     indices_.ranges = parameters_.add("sparsity_ranges", {config_.components});
+    if (!options_.sparsity_gradient) {
+        // Slopes of ranges are those of the best weights, which have to keep up.
+        constexpr double kRangeRate = 0.1;
+        parameters_.set_rate_scale(indices_.ranges, kRangeRate);
+    }
     std::ranges::fill(parameters_.value(indices_.ranges), static_cast<T>(config_.initial_range));
 }
 

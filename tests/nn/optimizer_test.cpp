@@ -13,6 +13,7 @@ namespace {
 
 TEST(LearningRate, FallsInStairsToTheFloor) {
     TrainConfig config;
+    config.learning_rate = 1e-3;
     EXPECT_DOUBLE_EQ(learning_rate_at(config, 1), 1e-3);
     EXPECT_DOUBLE_EQ(learning_rate_at(config, 4000), 1e-3);
     EXPECT_DOUBLE_EQ(learning_rate_at(config, 4001), 0.9e-3);

@@ -76,6 +76,7 @@ struct SmallTraining {
         std::iota(shapes.begin(), shapes.end(), 0);
         config.stacked.levels = {{patches, 0.3, 1.0, {}}, {2, 0.15, 1.0, {}}};
         config.train.epochs = 20;
+        config.train.learning_rate = 1e-3;
         config.train.fill_up_to = 0;
         config.train.plateau_epochs = 0;
     }

@@ -43,7 +43,7 @@ TEST(SparsityRows, ShrinkToTheLargestSupport) {
 TEST(SparsityRows, TakeTheRangeAsLimitByDefault) {
     LineDistances line(101);
     SparsityRows sparsity(line, {1, 0.25, {}, {}}, CenterRule::settle);
-    EXPECT_EQ(free_count(sparsity.row(50)), 21);  // 22 allowed; they come in pairs
+    EXPECT_EQ(free_count(sparsity.row(50)), 25);  // the centre and pairs around it
 }
 
 // A limit of less than one vertex leaves the centre.

@@ -22,7 +22,7 @@ struct LevelConfig {
     int components = 10;          // K of each autoencoder of the level, >= 1
     double sparsity_range = 0.4;  // d, normalised geodesic distance, [0, 1]
     /// Full penalty begins where at most this part of the vertices is nearer to the centre, (0, 1]:
-    /// where many are near, the range shrinks. Empty: 0.9 times the range; 1: the paper.
+    /// where many are near, the range shrinks. Empty: the range; 1: the paper.
     std::optional<double> max_support;
     std::optional<SparsityRamp> sparsity_ramp;
 };
@@ -37,7 +37,7 @@ struct StackedConfig {
     Tied tied = Tied::transpose;
     Activation latent_activation = Activation::none;
     Activation decoder_fc_activation = Activation::none;
-    double mask_power = 16.0;  // attention masks ~ a^p, > 0; 1 = the paper
+    double mask_power = 8.0;  // attention masks ~ a^p, > 0; 1 = the paper
     double mask_epsilon = 1e-12;
     std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
 };
@@ -74,9 +74,9 @@ enum class Start { deflation, random };
 enum class SparsityStep { proximal, subgradient };
 
 struct TrainConfig {
-    int epochs = 2000;
+    int epochs = 500;
     int batch = 256;
-    double learning_rate = 1e-3;
+    double learning_rate = 3e-3;       // the papers: 1e-3
     double learning_rate_decay = 0.9;  // factor per decay_steps, staircase
     int decay_steps = 4000;
     double learning_rate_floor = 1e-5;
@@ -92,7 +92,7 @@ struct TrainConfig {
     /// Training ends when the mean loss of so many epochs is less than `plateau_gain` of it below
     /// that of as many before; 0: never before the last epoch.
     int plateau_epochs = 100;
-    double plateau_gain = 0.01;
+    double plateau_gain = 0.005;
     int checkpoint_every = 100;  // epochs; the last one is always saved
 };
 

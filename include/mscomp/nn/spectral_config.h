@@ -36,7 +36,7 @@ struct SpectralConfig {
     StraightThrough straight_through = StraightThrough::outside;
     RangeTerm range_term = RangeTerm::sum;
     bool learned_range = true;  // false: d_k stays the initial range
-    double initial_range = 0.2;  // d_k at the start, normalised geodesic distance, [0, 1]
+    double initial_range = 0.15;  // d_k at the start, normalised geodesic distance, [0, 1]
 
     /// theta' is a parameter; filters that are the same need nine channels on both sides.
     bool own_decoder() const {
@@ -47,7 +47,7 @@ struct SpectralConfig {
 /// Weights of the terms of the loss, all >= 0, [B] eq. 13.
 struct SpectralLossConfig {
     double reconstruction = 1.0;
-    double kl = 0.01;
+    double kl = 0.001;  // the paper: 0.01
     double sparsity = 1000.0;     // Omega
     double range = 1.0;           // Pi
     double sparsity_range = 1.0;  // Phi
