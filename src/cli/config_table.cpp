@@ -233,7 +233,7 @@ Table train_table(nn::TrainConfig& train) {
          "fewer shapes are joined by locally mixed ones; 0: never"},
         {"plateau_epochs", &train.plateau_epochs, kNotNegative,
          "ends when so many epochs gain too little; 0: never"},
-        {"plateau_gain", &train.plateau_gain, kUnitRange, "part of the loss that is too little"},
+        {"plateau_gain", &train.plateau_gain, kUnitRange, "part of the error that is too little"},
         {"checkpoint_every", &train.checkpoint_every, kAtLeastOne, "epochs; the last always"},
     };
 }

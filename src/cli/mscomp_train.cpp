@@ -189,7 +189,7 @@ void train(const TrainOptions& options, const std::string& run, TrainingSetup& s
         throw_if_interrupted(how_to_go_on(options, run, trainer));
     }
     if (trainer.state().is_plateau) {
-        log.append(fmt::format("plateau: the last {} epochs gained less than {} of the loss",
+        log.append(fmt::format("plateau: the last {} epochs lowered the error by less than {} of it",
                                plan.plateau_epochs, plan.plateau_gain));
     }
 }

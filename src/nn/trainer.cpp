@@ -13,6 +13,15 @@ namespace mscomp::nn {
 
 namespace {
 
+/// The error of all autoencoders: what training is for. Other terms have minima of their own.
+double reconstruction_of(const std::vector<double>& terms, const std::vector<std::string>& names) {
+    double sum = 0;
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+        if (names[i].ends_with("reconstruction")) sum += terms[i];
+    }
+    return sum;
+}
+
 /// The batch of `order` that begins at `first`.
 std::span<const int> batch_of(const std::vector<int>& order, std::size_t first, std::size_t size) {
     return std::span(order).subspan(first, std::min(size, order.size() - first));
@@ -105,13 +114,13 @@ EpochReport Trainer::run_epoch() {
     for (double& term : report.terms) term /= steps;
     report.touched = model_.touched();
     ++state_.epoch;
-    watch_plateau(report.total);
+    watch_plateau(reconstruction_of(report.terms, model_.term_names()));
     report.state = state_;
     return report;
 }
 
 /// Epochs of a window are counted, since a resumed run may have windows of another length.
-void Trainer::watch_plateau(double total) {
+void Trainer::watch_plateau(double error) {
     const TrainConfig& train = config_.train;
     const double before = state_.window_mean;
     state_.is_plateau = false;
@@ -120,7 +129,7 @@ void Trainer::watch_plateau(double total) {
         state_.window_epochs = 0;
         return;
     }
-    state_.window_sum += total;
+    state_.window_sum += error;
     if (++state_.window_epochs < train.plateau_epochs) return;
     state_.window_mean = state_.window_sum / static_cast<double>(state_.window_epochs);
     state_.is_plateau = before > 0 && state_.window_mean > (1 - train.plateau_gain) * before;

@@ -23,10 +23,13 @@ struct Trial {
 
     explicit Trial(SmallTraining& of) : problem(of) { trainer.start(); }
 
-    /// Total losses of the epochs until it is over.
+    /// Errors of the epochs, both levels, until it is over.
     std::vector<double> to_the_end() {
         std::vector<double> totals;
-        while (!trainer.is_over()) totals.push_back(trainer.run_epoch().total);
+        while (!trainer.is_over()) {
+            const EpochReport report = trainer.run_epoch();
+            totals.push_back(report.terms[0] + report.terms[3]);
+        }
         return totals;
     }
 };

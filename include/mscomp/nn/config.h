@@ -89,7 +89,7 @@ struct TrainConfig {
     /// Fewer training shapes than this are joined by mixed ones (MixedFeatures), others every eight
     /// epochs; 0: never. Lanes come in sixteens, so that up to 48 cost what 36 do.
     int fill_up_to = 48;
-    /// Training ends when the mean loss of so many epochs is less than `plateau_gain` of it below
+    /// Training ends when the mean error of so many epochs is less than `plateau_gain` of it below
     /// that of as many before; 0: never before the last epoch.
     int plateau_epochs = 100;
     double plateau_gain = 0.005;

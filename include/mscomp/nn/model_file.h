@@ -33,7 +33,8 @@ struct TrainingState {
     std::int64_t epoch = 0;  // epochs done
     std::int64_t step = 0;   // updates done
     double total = 0;        // total loss of the last step
-    /// Mean loss of the last whole plateau window (0: none yet), the sum and the epochs since then.
+    /// Mean error of the last whole plateau window (0: none yet), the sum and the epochs since
+    /// then.
     double window_mean = 0, window_sum = 0;
     std::int64_t window_epochs = 0;
     bool is_plateau = false;  // the last window gained too little: training is over

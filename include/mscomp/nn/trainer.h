@@ -63,7 +63,7 @@ class Trainer {
             std::span<const int> shapes);
     std::vector<int> shapes_of_epoch(std::int64_t epoch) const;
     std::vector<int> order_of_epoch(std::int64_t epoch) const;
-    void watch_plateau(double total);
+    void watch_plateau(double error);
     void load(std::span<const int> batch);
     void step(EpochReport& report);
     void require_finite(float loss);
