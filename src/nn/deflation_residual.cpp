@@ -73,9 +73,10 @@ DeflationResidual::DeflationResidual(std::int64_t vertices, std::int64_t shapes)
 
 template <class T>
 void DeflationResidual::fill(const T* rows, std::int64_t lanes, std::int64_t first,
-                             std::int64_t count) {
+                             std::int64_t count, std::int64_t channels) {
     for_chunks(vertices_.size(), [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t i = begin * kDim; i < end * kDim; ++i) {
+            if (i % kDim >= channels) continue;
             for (std::int64_t m = 0; m < count; ++m) {
                 values_[at(i * shapes_ + first + m)] =
                     std::tanh(static_cast<double>(rows[i * lanes + m]));
@@ -247,7 +248,9 @@ std::vector<double> DeflationResidual::strongest_channel(int vertex) const {
     return {row(best), row(best) + shapes_};
 }
 
-template void DeflationResidual::fill(const float*, std::int64_t, std::int64_t, std::int64_t);
-template void DeflationResidual::fill(const double*, std::int64_t, std::int64_t, std::int64_t);
+template void DeflationResidual::fill(const float*, std::int64_t, std::int64_t, std::int64_t,
+                                      std::int64_t);
+template void DeflationResidual::fill(const double*, std::int64_t, std::int64_t, std::int64_t,
+                                      std::int64_t);
 
 }  // namespace mscomp::nn

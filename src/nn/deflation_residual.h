@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "mscomp/base/feature_set.h"
 #include "mscomp/nn/aligned.h"
 
 namespace mscomp::nn {
@@ -26,9 +27,11 @@ class DeflationResidual {
     DeflationResidual(std::int64_t vertices, std::int64_t shapes);
 
     /// Shapes `first` to `first + count - 1`: tanh of the rows (V,9,lanes) of the autoencoder's
-    /// input, which is what the encoder gives while its convolution is the identity.
+    /// input, which is what the encoder gives while its convolution is the identity. Of an encoder
+    /// with less than nine channels: the others are left zero.
     template <class T>
-    void fill(const T* rows, std::int64_t lanes, std::int64_t first, std::int64_t count);
+    void fill(const T* rows, std::int64_t lanes, std::int64_t first, std::int64_t count,
+              std::int64_t channels = kFeatureDim);
     /// Forgets vertices with less than 1e-5 of the mean energy of a vertex, once all shapes are
     /// there: all of them together are 1e-5 of the whole, and what components would hold there is
     /// noise that a support has to carry.

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "mscomp/base/feature_set.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
@@ -15,13 +14,14 @@ namespace {
 /// How an array is made up of rows that can be brought to another order of the vertices one by
 /// one: the values of one component at all vertices.
 struct ComponentRows {
-    std::int64_t count = 0, size = 0;
+    std::int64_t count = 0, size = 0, width = 0;
 
     /// None where the array is not about vertices.
     explicit ComponentRows(const Extents& extents) {
         if (extents.size() != 4) return;
         count = extents[0] * extents[1];
-        size = extents[2] * extents[3];
+        width = extents[3];
+        size = extents[2] * width;
     }
 };
 
@@ -54,7 +54,7 @@ void ModelArrays::add_inner(const std::string& name, const Extents& extents,
             const float* from = inner.data() + k * rows.size;
             for_vertices(
                 chunks_of(order), order, [&](std::int64_t, std::int64_t v, std::int64_t u) {
-                    std::copy_n(from + v * kFeatureDim, kFeatureDim, row.data() + u * kFeatureDim);
+                    std::copy_n(from + v * rows.width, rows.width, row.data() + u * rows.width);
                 });
             to.write(name, k * rows.size, std::span<const float>(row));
         }
@@ -85,11 +85,12 @@ bool read_inner(const SafetensorsFile& file, const std::string& name, const Exte
         const float* from = all.data() + k * rows.size;
         float* to = inner.data() + k * rows.size;
         for_vertices(chunks, order, [&](std::int64_t chunk, std::int64_t v, std::int64_t u) {
-            const std::span<const float> nine(from + u * kFeatureDim, kFeatureDim);
-            if (!is_finite(nine)) sound[static_cast<std::size_t>(chunk)] = 0;
-            const std::span<float> target(to + v * kFeatureDim, kFeatureDim);
-            if (!std::ranges::equal(nine, target, same_bits))
-                std::ranges::copy(nine, target.begin());
+            const auto width = static_cast<std::size_t>(rows.width);
+            const std::span<const float> source(from + u * rows.width, width);
+            if (!is_finite(source)) sound[static_cast<std::size_t>(chunk)] = 0;
+            const std::span<float> target(to + v * rows.width, width);
+            if (!std::ranges::equal(source, target, same_bits))
+                std::ranges::copy(source, target.begin());
         });
         file.forget(std::as_bytes(std::span(from, static_cast<std::size_t>(rows.size))));
     }

@@ -11,11 +11,14 @@ namespace mscomp::nn {
 namespace {
 
 template <class T>
+double square(T value) {
+    return static_cast<double>(value) * static_cast<double>(value);
+}
+
+template <class T>
 double square_length(const T* values, int count) {
     double sum = 0;
-    for (int i = 0; i < count; ++i) {
-        sum += static_cast<double>(values[i]) * static_cast<double>(values[i]);
-    }
+    for (int i = 0; i < count; ++i) sum += square(values[i]);
     return sum;
 }
 
@@ -30,21 +33,23 @@ void add_range_slopes(SpectralVae<T>& model) {
     const std::span<const T> grads = parameters.grad(indices.weights);
     const std::span<const T> ranges = parameters.value(indices.ranges);
     const std::span<T> slopes = parameters.grad(indices.ranges);
-    const std::vector<T> codes = model.codes();
+    const std::vector<T> codes = model.codes(), deviations = model.deviations();
     const std::int64_t components = model.config().components, vertices = model.vertex_count();
     const int channels = model.config().conv_channels;
     const double shapes = static_cast<double>(codes.size()) / static_cast<double>(components);
     parallel_for(components, [&](std::int64_t k) {
         const std::span<const double> distance = model.component_centers().distances(k);
         const auto range = static_cast<double>(ranges[static_cast<std::size_t>(k)]);
-        double curvature = 0;
+        double means = 0, variances = 0;
         for (std::size_t m = static_cast<std::size_t>(k); m < codes.size();
              m += static_cast<std::size_t>(components)) {
-            curvature += static_cast<double>(codes[m]) * static_cast<double>(codes[m]);
+            means += square(codes[m]);
+            variances += square(deviations[m]);
         }
-        curvature *= 2 * model.loss().reconstruction / shapes;
+        // What almost no shape uses has the curvature of its noise, not next to none.
+        const double curvature = 2 * model.loss().reconstruction / shapes * (means + variances);
         const double width = kShell * range;
-        if (!(curvature > 0) || !(width > 0)) return;
+        if (!(means > 0) || !(curvature > 0) || !(width > 0)) return;
         double gain = 0;
         for (std::int64_t v = 0; v < vertices; ++v) {
             const double beyond = distance[static_cast<std::size_t>(v)] - range;

@@ -66,7 +66,7 @@ void start_deflation(SpectralVae<T>& model, const ScaledFeatures& features,
         const auto count = static_cast<std::int64_t>(pass.size());
         model.load_batch(start.features, pass);
         const std::span<const T> rows = model.input_rows();
-        residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first), count);
+        residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first), count, channels);
     }
     residual.drop_silent_vertices();
     const auto free_places = [&](int center, std::span<const int> places_of) {

@@ -109,8 +109,7 @@ void StackedModel<T>::set_inner_acting(int level, std::span<const std::uint8_t> 
 }
 
 template <class T>
-void StackedModel<T>::act_where_weights_are() {
-    const int level = static_cast<int>(levels_.size()) - 1;
+std::vector<std::uint8_t> StackedModel<T>::acting_by_weights() const {
     const Level& l = levels_.back();
     const std::span<const T> weights = parameters_.value(l.weights);
     std::vector<std::uint8_t> acts(at(std::int64_t{l.autoencoders} * this->vertex_count()), 0);
@@ -124,7 +123,12 @@ void StackedModel<T>::act_where_weights_are() {
                 }
             }
         });
-    set_inner_acting(level, acts);
+    return acts;
+}
+
+template <class T>
+void StackedModel<T>::act_where_weights_are() {
+    set_inner_acting(static_cast<int>(levels_.size()) - 1, acting_by_weights());
 }
 
 template <class T>
@@ -231,14 +235,17 @@ std::vector<std::uint8_t> StackedModel<T>::acting_vertices() const {
 template <class T>
 bool StackedModel<T>::restore_acting_vertices(std::span<const std::uint8_t> acting) {
     if (!has_supports()) return true;
-    act_where_weights_are();
-    if (acting.empty()) return true;
-    const int last = static_cast<int>(levels_.size()) - 1;
-    const std::vector<std::uint8_t> needed = this->acting(last);
-    for (std::size_t i = 0; i < needed.size(); ++i) {
-        if (needed[i] > acting[i]) return false;
+    if (acting.empty()) {
+        act_where_weights_are();
+        return true;
     }
-    set_acting(last, acting);
+    // Some act with weights of zero: their moments must not stop being live in between.
+    const std::vector<std::uint8_t> needed = acting_by_weights();
+    for (std::size_t i = 0; i < needed.size(); ++i) {
+        const std::size_t v = i % at(this->vertex_count());
+        if (needed[i] > acting[i - v + at(order_.to_user[v])]) return false;
+    }
+    set_acting(static_cast<int>(levels_.size()) - 1, acting);
     return true;
 }
 

@@ -11,6 +11,8 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/safetensors.h"
+#include "mscomp/nn/start.h"
+#include "small_spectral.h"
 #include "small_training.h"
 
 namespace mscomp::nn {
@@ -73,6 +75,32 @@ TEST_F(ModelFileTest, HoldsArraysInTheOrderOfTheUser) {
         expect_held("parameter", parameters.value(i));
         expect_held("adam_m", parameters.moment1(i));
         expect_held("adam_v", parameters.moment2(i));
+    }
+}
+
+// Also where vertices have other than nine weights.
+TEST_F(ModelFileTest, HoldsAnyNumberOfChannels) {
+    for (const int channels : {1, 5, 12}) {
+        problem_.config.spectral.components = 4;
+        problem_.config.spectral.conv_channels = channels;
+        const auto model = make_vae<float>(problem_), loaded = make_vae<float>(problem_);
+        start_random(*model, 8);
+        model->set_centers(0, {0, 1, 2, 3});
+        ModelContext context;
+        context.reference = problem_.mesh;
+        context.train_shapes = problem_.shapes;
+        const std::string path = temporary("model.safetensors");
+        write_model(path, *model, context, {}, {std::vector<float>(12 * 4)});
+        const SafetensorsFile file(path);
+        const int weights = model->component_weights(0);
+        EXPECT_TRUE(
+            std::ranges::equal(file.data<float>("parameter/component_weights",
+                                                {1, 4, problem_.mesh.vertex_count(), channels}),
+                               model->to_user_order(weights, model->parameters().value(weights))));
+        ModelFile(path).load(*loaded);
+        EXPECT_TRUE(
+            std::ranges::equal(loaded->parameters().all_values(), model->parameters().all_values()))
+            << channels << " channels";
     }
 }
 

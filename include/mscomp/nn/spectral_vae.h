@@ -123,8 +123,9 @@ class SpectralVae final : public Model<T> {
 /// Phi alone would shrink it to nothing. By the envelope theorem the slope is what the error would
 /// rise by if the shell of width delta inside the range lost its weights, and fall by if the one
 /// outside got some, per unit of range: -(1/(2 delta)) (sum_in h |C_k,i|^2/2 + sum_out |g_k,i|^2/(2
-/// h)), g the gradient of the weights, h = 2 w/n sum_m z_mk^2 (about its own slope), w the weight
-/// of the reconstruction, delta a tenth of the range.
+/// h)), g the gradient of the weights, h = 2 w/n sum_m (mu_mk^2 + sigma_mk^2) (about its own
+/// slope), w the weight of the reconstruction, delta a tenth of the range. Components that no shape
+/// uses (mu = 0) get none.
 template <class T>
 void add_range_slopes(SpectralVae<T>& model);
 

@@ -126,6 +126,8 @@ class StackedModel final : public Model<T> {
     void add_small_ops(Level& level, Var x);
     void set_inner_acting(int level, std::span<const std::uint8_t> acts);
     std::vector<std::uint8_t> inner_acting(int level) const;
+    /// Of the last level, where weights are not zero; in inner numbering too.
+    std::vector<std::uint8_t> acting_by_weights() const;
     std::vector<double> curvatures(int autoencoder);
 
     using Model<T>::order_;
