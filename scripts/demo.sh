@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The whole way on a built-in sequence: generates an arm, extracts features, trains, exports the
-# components. Everything goes to demo/, which may be removed. EPOCHS=... trains longer or shorter.
+# The whole way on a built-in sequence: generates an arm, extracts features, trains on every other
+# shape, measures the rest, exports the components and mixes the strongest ones. Everything goes to
+# demo/, which may be removed. EPOCHS=... trains longer or shorter.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -20,13 +21,18 @@ stage install scripts/setup.sh
 stage build scripts/build.sh release acapfeat mscomp
 
 mkdir -p demo
-rm -rf demo/arm demo/arm.safetensors demo/config.yaml demo/arm.run demo/components
+rm -rf demo/arm demo/arm.safetensors demo/config.yaml demo/arm.run demo/components demo/measures \
+    demo/synthesis.png
 stage generate "$bin/acapfeat" generate arm -o demo/arm
 stage extract "$bin/acapfeat" extract demo/arm -o demo/arm.safetensors
 "$bin/mscomp" init stacked-attention >demo/config.yaml
 stage train "$bin/mscomp" train demo/config.yaml -o demo/arm.run \
-    --set data.features=arm.safetensors --set "train.epochs=$epochs"
+    --set data.features=arm.safetensors --set 'data.split={train: every, step: 2}' \
+    --set "train.epochs=$epochs"
+stage evaluate "$bin/mscomp" evaluate demo/arm.run -o demo/measures
 stage export "$bin/mscomp" export-components demo/arm.run -o demo/components
+stage synthesize "$bin/mscomp" synthesize demo/arm.run --sheet demo/synthesis.png --strongest 3 \
+    --weights 0.3,0.7,1.1
 
 printf '\nminutes:seconds of each stage\n'
 printf '  %s\n' "${summary[@]}"
@@ -35,6 +41,8 @@ cat <<END
 Done. Look at
   demo/components/overview.png      all components, coarse to fine, blue where they act
   demo/components/*.ply             each one as a coloured mesh
+  demo/synthesis.png                the three strongest, a third of the way, most of it and beyond
+  demo/measures/errors.png          the worst of the shapes that were not trained on
   demo/components/components.json   what each one is: level, parent, centre, strength, support
   demo/arm/truth.json               what the arm was really made of
 END
