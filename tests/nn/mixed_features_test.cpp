@@ -87,6 +87,44 @@ TEST(MixedFeatures, AreAFunctionOfSeedAndNumber) {
     EXPECT_NE(other.row(0), rows[0]) << "another seed";
 }
 
+/// Counts how often shapes are asked for.
+class CountedShapes final : public ShapeFeatures {
+  public:
+    explicit CountedShapes(const ShapeFeatures& shapes) : shapes_(shapes) {}
+
+    mutable int reads = 0, forgotten = 0;
+
+    int shape_count() const override { return shapes_.shape_count(); }
+    int vertex_count() const override { return shapes_.vertex_count(); }
+    std::span<const float> shape(int index) const override {
+        ++reads;
+        return shapes_.shape(index);
+    }
+    void forget(int) const override { ++forgotten; }
+
+  private:
+    const ShapeFeatures& shapes_;
+};
+
+// A row is kept until it is forgotten, and no longer: then it is made again.
+TEST(MixedFeatures, KeepRowsUntilTheyAreForgotten) {
+    Mixing mixing;
+    const CountedShapes counted(mixing.memory);
+    const std::vector<int> shapes{0, 1, 2};
+    const MixedFeatures mixed(counted, shapes, mixing.distances, mixing.order, 5);
+    const float* row = mixed.shape(6).data();
+    const int reads = counted.reads;
+    EXPECT_GT(reads, 0);
+    EXPECT_EQ(mixed.shape(6).data(), row);
+    EXPECT_EQ(counted.reads, reads);
+    mixed.forget(6);
+    mixed.shape(6);
+    EXPECT_EQ(counted.reads, 2 * reads);
+    EXPECT_EQ(counted.forgotten, 0);
+    mixed.forget(2);
+    EXPECT_EQ(counted.forgotten, 1);
+}
+
 TEST(MixedFeatures, MayBeAskedFromSeveralThreads) {
     const Mixing one, many;
     constexpr int kThreads = 7, kEach = 6;
