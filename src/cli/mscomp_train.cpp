@@ -73,7 +73,8 @@ void require_same_config(const nn::ModelFile& file, const nn::Config& config,
     }
     throw UsageError(
         fmt::format("{} was trained with another configuration (see {}); --resume may only change "
-                    "train.epochs, train.checkpoint_every and filter",
+                    "train.epochs, train.plateau_epochs, train.plateau_gain, train.checkpoint_every "
+                    "and filter",
                     run, config_path(run)));
 }
 

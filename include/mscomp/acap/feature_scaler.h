@@ -44,12 +44,11 @@ class FeatureRanges {
 };
 
 /// The affine map between ACAP features and what the network sees, one map for the three r channels
-/// and one for the six S channels, fitted on training shapes to [-0.95, 0.95] (method §1, scaling).
-/// `reference`: (r, S) -> (factor_r r, factor_S (S - I)), `shared`: both factors the smaller one, so
-/// that an error counts as far as it moves an edge, whether it turns or stretches it; `minmax`: the two global ranges mapped
-/// linearly. A range below 1e-5 (rounding of
-/// float32 features) counts as zero and gives zeros. Values outside the training range are not
-/// clamped.
+/// and one for the six S channels, fitted on training shapes to [-0.95, 0.95] (method §1).
+/// `reference`: (r, S) -> (factor_r r, factor_S (S - I)), `shared`: both factors the smaller one,
+/// so that an error counts as far as it moves an edge, whether it turns or stretches it; `minmax`:
+/// the two global ranges mapped linearly. A range below 1e-5 (rounding of float32 features) counts
+/// as zero and gives zeros. Values outside the training range are not clamped.
 struct FeatureScaler {
     FeatureCenter center = FeatureCenter::reference;
     std::array<double, kFeatureDim> offset{};  // scaled = (feature - offset) * factor

@@ -35,7 +35,7 @@ struct SpectralConfig {
     double kl_epsilon = 1e-8;  // inside the logarithm of a linear sigma, >= 0
     StraightThrough straight_through = StraightThrough::outside;
     RangeTerm range_term = RangeTerm::sum;
-    bool learned_range = true;  // false: d_k stays the initial range
+    bool learned_range = true;    // false: d_k stays the initial range
     double initial_range = 0.15;  // d_k at the start, normalised geodesic distance, [0, 1]
 
     /// theta' is a parameter; filters that are the same need nine channels on both sides.
@@ -47,7 +47,7 @@ struct SpectralConfig {
 /// Weights of the terms of the loss, all >= 0, [B] eq. 13.
 struct SpectralLossConfig {
     double reconstruction = 1.0;
-    double kl = 0.001;  // the paper: 0.01
+    double kl = 0.001;            // the paper: 0.01
     double sparsity = 1000.0;     // Omega
     double range = 1.0;           // Pi
     double sparsity_range = 1.0;  // Phi
