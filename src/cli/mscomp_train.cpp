@@ -71,11 +71,11 @@ void require_same_config(const nn::ModelFile& file, const nn::Config& config,
         comparable(config)) {
         return;
     }
-    throw UsageError(
-        fmt::format("{} was trained with another configuration (see {}); --resume may only change "
-                    "train.epochs, train.plateau_epochs, train.plateau_gain, train.checkpoint_every "
-                    "and filter",
-                    run, config_path(run)));
+    throw UsageError(fmt::format(
+        "{} was trained with another configuration (see {}); --resume may only change "
+        "train.epochs, train.plateau_epochs, train.plateau_gain, train.checkpoint_every "
+        "and filter",
+        run, config_path(run)));
 }
 
 TrainingSetup prepare(const nn::Config& config) {
@@ -114,7 +114,8 @@ TrainingSetup prepare(const nn::Config& config) {
     setup.model =
         make_model(config, outline.reference, *setup.distances, nn::ModelUse::training,
                    std::min(config.train.batch,
-                            nn::epoch_size(config.train, static_cast<int>(split.train.size()))));
+                            nn::epoch_size(config.train, static_cast<int>(split.train.size()),
+                                           outline.vertex_count())));
     return setup;
 }
 
@@ -190,8 +191,9 @@ void train(const TrainOptions& options, const std::string& run, TrainingSetup& s
         throw_if_interrupted(how_to_go_on(options, run, trainer));
     }
     if (trainer.state().is_plateau) {
-        log.append(fmt::format("plateau: the last {} epochs lowered the error by less than {} of it",
-                               plan.plateau_epochs, plan.plateau_gain));
+        log.append(
+            fmt::format("plateau: the last {} epochs lowered the error by less than {} of it",
+                        plan.plateau_epochs, plan.plateau_gain));
     }
 }
 

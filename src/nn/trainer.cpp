@@ -29,15 +29,18 @@ std::span<const int> batch_of(const std::vector<int>& order, std::size_t first, 
 
 }  // namespace
 
-int epoch_size(const TrainConfig& config, int shapes) {
-    return std::max(shapes, config.fill_up_to);
+int epoch_size(const TrainConfig& config, int shapes, int vertices) {
+    constexpr int kLargeMesh = 200000;
+    const int wanted =
+        vertices > kLargeMesh ? std::min(config.fill_up_to, lane_count(shapes)) : config.fill_up_to;
+    return std::max(shapes, wanted);
 }
 
 Trainer::Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
                  std::span<const int> shapes)
     : model_(model),
       config_(config),
-      mixed_(epoch_size(config.train, static_cast<int>(shapes.size())) >
+      mixed_(epoch_size(config.train, static_cast<int>(shapes.size()), model.vertex_count()) >
                      static_cast<int>(shapes.size())
                  ? std::make_unique<MixedFeatures>(features.shapes, shapes, model.inner_distances(),
                                                    model.order(), config.train.seed)
@@ -72,7 +75,7 @@ std::vector<int> Trainer::shapes_of_epoch(std::int64_t epoch) const {
     constexpr std::int64_t kKeptEpochs = 8;
     std::vector<int> all = shapes_;
     const int count = static_cast<int>(shapes_.size());
-    const int mixed = epoch_size(config_.train, count) - count;
+    const int mixed = epoch_size(config_.train, count, model_.vertex_count()) - count;
     for (std::int64_t m = 0; m < mixed; ++m) {
         all.push_back(features_.shapes.shape_count() +
                       static_cast<int>((epoch / kKeptEpochs) * mixed + m));

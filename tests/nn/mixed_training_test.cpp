@@ -42,11 +42,14 @@ class MixedTrainingTest : public testing::Test {
 TEST_F(MixedTrainingTest, EpochsAreFilledUp) {
     TrainConfig config;
     config.fill_up_to = 48;
-    EXPECT_EQ(epoch_size(config, 36), 48);
-    EXPECT_EQ(epoch_size(config, 48), 48);
-    EXPECT_EQ(epoch_size(config, 49), 49);
+    EXPECT_EQ(epoch_size(config, 36, 1000), 48);
+    EXPECT_EQ(epoch_size(config, 48, 1000), 48);
+    EXPECT_EQ(epoch_size(config, 49, 1000), 49);
+    // Large meshes take the lanes that are there: 20 shapes have 32.
+    EXPECT_EQ(epoch_size(config, 20, 200000), 48);
+    EXPECT_EQ(epoch_size(config, 20, 200001), 32);
     config.fill_up_to = 0;
-    EXPECT_EQ(epoch_size(config, 1), 1);
+    EXPECT_EQ(epoch_size(config, 1, 1000), 1);
 }
 
 // One batch of all of them, and batches that are drawn and gathered beside the steps; mixes change

@@ -16,7 +16,8 @@ std::unique_ptr<SpectralVae<T>> make_vae(SmallTraining& problem) {
     typename SpectralVae<T>::Options options;
     options.batch =
         std::min(problem.config.train.batch,
-                 epoch_size(problem.config.train, static_cast<int>(problem.shapes.size())));
+                 epoch_size(problem.config.train, static_cast<int>(problem.shapes.size()),
+                            problem.mesh.vertex_count()));
     options.sparsity_gradient = problem.config.train.sparsity_step == SparsityStep::subgradient;
     return std::make_unique<SpectralVae<T>>(
         problem.config.spectral, problem.config.spectral_loss,

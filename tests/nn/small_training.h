@@ -42,7 +42,7 @@ class SphereDistances final : public DistanceRows {
 /// Options that a stacked model gets for training under `config` on `shapes` shapes.
 inline StackedModel<float>::Options training_options(const Config& config, int shapes) {
     StackedModel<float>::Options options;
-    options.batch = std::min(config.train.batch, epoch_size(config.train, shapes));
+    options.batch = std::min(config.train.batch, epoch_size(config.train, shapes, 0));  // small
     options.sparsity_gradient = config.train.sparsity_step == SparsityStep::subgradient;
     options.supports = config.train.supports;
     return options;
