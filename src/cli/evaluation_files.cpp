@@ -12,7 +12,7 @@ namespace {
 std::string cell(const nlohmann::ordered_json& value) {
     if (value.is_null()) return {};
     if (!value.is_string()) return value.dump();
-    const auto text = value.get<std::string>();
+    auto text = value.get<std::string>();
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
     std::string quoted = "\"";
     for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -26,8 +26,13 @@ void add_cells(const nlohmann::ordered_json& row, const std::string& prefix, std
             add_cells(value, prefix + key + "_", names, values);
             continue;
         }
-        names += (names.empty() ? "" : ",") + prefix + key;
-        values += (values.empty() ? "" : ",") + cell(value);
+        if (!names.empty()) {
+            names += ',';
+            values += ',';
+        }
+        names += prefix;
+        names += key;
+        values += cell(value);
     }
 }
 
