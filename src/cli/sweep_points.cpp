@@ -97,7 +97,8 @@ std::vector<Setting> read_settings(const YAML::Node& node, const std::string& pa
         const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : found(entry.first);
         const FilePosition where = position_of(entry.first, path);
         if (!names.insert(name).second) {
-            throw ConfigError(where, dotted + "." + name, "given twice; wanted once");
+            throw ConfigError(where, fmt::format("{}.{}", dotted, name),
+                              "given twice; wanted once");
         }
         settings.push_back({name, where, entry.second});
     }
@@ -204,11 +205,12 @@ std::vector<Setting> known_entries(const YAML::Node& node, const std::string& pa
         const FilePosition where = position_of(entry.first, path);
         if (std::ranges::find(known, name) == known.end()) {
             throw ConfigError(
-                where, dotted + "." + name,
+                where, fmt::format("{}.{}", dotted, name),
                 fmt::format("unknown key; the nearest known key is {}", nearest_name(name, known)));
         }
         if (std::ranges::any_of(entries, [&](const Setting& s) { return s.key == name; })) {
-            throw ConfigError(where, dotted + "." + name, "given twice; wanted once");
+            throw ConfigError(where, fmt::format("{}.{}", dotted, name),
+                              "given twice; wanted once");
         }
         entries.push_back({name, where, entry.second});
     }
