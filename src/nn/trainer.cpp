@@ -85,7 +85,7 @@ std::vector<int> Trainer::shapes_of_epoch(std::int64_t epoch) const {
 
 /// All shapes as they are where one batch holds them, else drawn anew for every epoch.
 std::vector<int> Trainer::order_of_epoch(std::int64_t epoch) const {
-    const std::vector<int> all = shapes_of_epoch(epoch);
+    std::vector<int> all = shapes_of_epoch(epoch);
     if (static_cast<int>(all.size()) <= model_.batch_capacity()) return all;
     std::vector<int> order;
     const CounterRandom random(config_.train.seed, static_cast<std::uint64_t>(epoch) + 1000);
