@@ -104,9 +104,11 @@ EpochReport Trainer::run_epoch() {
     const auto begin = std::chrono::steady_clock::now();
     for (std::size_t first = 0; first < order.size(); first += batch, ++steps) {
         load(batch_of(order, first, batch));
+        const bool is_last = first + batch >= order.size();
         const std::vector<int> later =
-            first + batch < order.size() ? order : order_of_epoch(state_.epoch + 1);
-        const auto next = batch_of(later, first + batch < order.size() ? first + batch : 0, batch);
+            is_last ? order_of_epoch(state_.epoch + 1) : std::vector<int>();
+        const auto next =
+            is_last ? batch_of(later, 0, batch) : batch_of(order, first + batch, batch);
         if (!std::ranges::equal(next, loaded_)) loader_.prepare(next);
         step(report);
     }

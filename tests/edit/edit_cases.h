@@ -111,4 +111,14 @@ inline FeatureScaler wave_scaler() {
     return scaler;
 }
 
+/// Codes of some size, fixed for a stream.
+inline std::vector<float> some_codes(std::uint64_t stream, double size) {
+    Draws draws(stream);
+    std::vector<float> codes;
+    for (int k = 0; k < WaveDecoder::kCodes; ++k) {
+        codes.push_back(static_cast<float>(size * draws.next()));
+    }
+    return codes;
+}
+
 }  // namespace mscomp::cases

@@ -18,15 +18,6 @@ namespace {
 
 using namespace cases;
 
-std::vector<float> some_codes(std::uint64_t stream, double size) {
-    Draws draws(stream);
-    std::vector<float> codes;
-    for (int k = 0; k < WaveDecoder::kCodes; ++k) {
-        codes.push_back(static_cast<float>(size * draws.next()));
-    }
-    return codes;
-}
-
 VertexFit exact_fit(const WaveDecoder& decoder, const TriangleMesh& mesh, VertexSolver solver) {
     VertexFitOptions options;
     options.solver = solver;

@@ -18,16 +18,6 @@ namespace {
 
 using namespace cases;
 
-/// Codes of some size, fixed for a stream.
-std::vector<float> some_codes(std::uint64_t stream, double size) {
-    Draws draws(stream);
-    std::vector<float> codes;
-    for (int k = 0; k < WaveDecoder::kCodes; ++k) {
-        codes.push_back(static_cast<float>(size * draws.next()));
-    }
-    return codes;
-}
-
 std::vector<float> plus(std::vector<float> codes, const std::vector<float>& change) {
     for (std::size_t k = 0; k < codes.size(); ++k) codes[k] += change[k];
     return codes;

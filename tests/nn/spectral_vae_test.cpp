@@ -287,28 +287,19 @@ TEST(SpectralVae, NoiseOfAShapeDoesNotDependOnItsBatch) {
     for (std::size_t k = 1; k < 11; ++k) EXPECT_NE(alone[k], alone[0]);
 }
 
-// Without noise z is mu; what the decoder makes of it is decode(mu), for any number of channels.
-TEST(SpectralVae, WithoutNoiseTheReconstructionIsTheDecodedMean) {
+// Without noise z is mu, for any number of channels; what it decodes to: code_decoder_test.cpp.
+TEST(SpectralVae, WithoutNoiseTheSampleIsTheMean) {
     for (const int channels : {9, 5}) {
         SpectralConfig config = SmallVae<double>::small_config();
         config.conv_channels = channels;
         SmallVae<double> vae(true, 3, config);
         EXPECT_FALSE(vae.config.own_decoder());
+        vae.model->forward();
+        EXPECT_NE(vae.model->sampled_codes(), vae.model->codes());
         vae.model->load_batch(std::span<const float>(vae.features),
                               std::span<const int>(vae.shapes));
         vae.model->forward();
-        const std::vector<double> mu = vae.model->codes(), all = vae.model->reconstruction();
-        EXPECT_EQ(vae.model->sampled_codes(), mu);
-        const std::size_t size = all.size() / 3;
-        for (std::size_t m = 0; m < 3; ++m) {
-            expect_close(
-                vae.model->decoder()->decode(
-                    std::vector<float>(mu.begin() + static_cast<std::ptrdiff_t>(m * 11),
-                                       mu.begin() + static_cast<std::ptrdiff_t>((m + 1) * 11))),
-                std::vector<double>(all.begin() + static_cast<std::ptrdiff_t>(m * size),
-                                    all.begin() + static_cast<std::ptrdiff_t>((m + 1) * size)),
-                1e-6);
-        }
+        EXPECT_EQ(vae.model->sampled_codes(), vae.model->codes());
     }
 }
 
