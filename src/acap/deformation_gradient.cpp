@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -52,11 +53,10 @@ void DeformationGradients::invert_moments() {
         }
         const Eigen::Vector3d pseudo_edge = normals_.height[i] * normals_.normal[i];
         Eigen::Matrix3d moment = pseudo_edge * pseudo_edge.transpose();
-        for (int at = rings_.offsets[i]; at < rings_.offsets[i + 1]; ++at) {
-            const auto k = static_cast<std::size_t>(at);
-            const Eigen::Vector3d edge =
-                as_vector(reference_.vertices[static_cast<std::size_t>(rings_.neighbors[k])]) -
-                as_vector(reference_.vertices[i]);
+        for (int place = rings_.offsets[i]; place < rings_.offsets[i + 1]; ++place) {
+            const auto k = at(place);
+            const Eigen::Vector3d edge = as_vector(reference_.vertices[at(rings_.neighbors[k])]) -
+                                         as_vector(reference_.vertices[i]);
             moment += weights_[k] * edge * edge.transpose();
         }
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(moment);
@@ -74,9 +74,9 @@ void DeformationGradients::invert_moments() {
 Eigen::Matrix3d DeformationGradients::edge_moment(std::size_t vertex,
                                                   const std::vector<Point>& shape) const {
     Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
-        const auto k = static_cast<std::size_t>(at);
-        const auto j = static_cast<std::size_t>(rings_.neighbors[k]);
+    for (int place = rings_.offsets[vertex]; place < rings_.offsets[vertex + 1]; ++place) {
+        const auto k = at(place);
+        const auto j = at(rings_.neighbors[k]);
         const Eigen::Vector3d before =
             as_vector(reference_.vertices[j]) - as_vector(reference_.vertices[vertex]);
         const Eigen::Vector3d after = as_vector(shape[j]) - as_vector(shape[vertex]);
@@ -90,11 +90,10 @@ void DeformationGradients::prepare_duals() {
     normal_duals_.assign(inverse_moments_.size(), Eigen::Vector3d::Zero());
     for (std::size_t i = 0; i < inverse_moments_.size(); ++i) {
         normal_duals_[i] = inverse_moments_[i] * (normals_.height[i] * normals_.normal[i]);
-        for (int at = rings_.offsets[i]; at < rings_.offsets[i + 1]; ++at) {
-            const auto k = static_cast<std::size_t>(at);
-            const Eigen::Vector3d edge =
-                as_vector(reference_.vertices[static_cast<std::size_t>(rings_.neighbors[k])]) -
-                as_vector(reference_.vertices[i]);
+        for (int place = rings_.offsets[i]; place < rings_.offsets[i + 1]; ++place) {
+            const auto k = at(place);
+            const Eigen::Vector3d edge = as_vector(reference_.vertices[at(rings_.neighbors[k])]) -
+                                         as_vector(reference_.vertices[i]);
             edge_duals_[k] = inverse_moments_[i] * (weights_[k] * edge);
         }
     }
@@ -129,10 +128,9 @@ Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
     // Columns apart: the compiler then keeps them in registers.
     Eigen::Vector3d first = Eigen::Vector3d::Zero(), second = first, third = first;
     double length = 0;
-    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
-        const auto k = static_cast<std::size_t>(at);
-        const Eigen::Vector3d edge =
-            as_vector(shape[static_cast<std::size_t>(rings_.neighbors[k])]) - center;
+    for (int place = rings_.offsets[vertex]; place < rings_.offsets[vertex + 1]; ++place) {
+        const auto k = at(place);
+        const Eigen::Vector3d edge = as_vector(shape[at(rings_.neighbors[k])]) - center;
         const Eigen::Vector3d& dual = edge_duals_[k];
         length += edge.norm();
         first += dual.x() * edge;
@@ -154,8 +152,8 @@ Eigen::Matrix3d DeformationGradients::mean_of_neighbors(std::size_t vertex,
                                                         const RingNormals& directions) const {
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     int count = 0;
-    for (int at = rings_.offsets[vertex]; at < rings_.offsets[vertex + 1]; ++at) {
-        const auto j = static_cast<std::size_t>(rings_.neighbors[static_cast<std::size_t>(at)]);
+    for (int place = rings_.offsets[vertex]; place < rings_.offsets[vertex + 1]; ++place) {
+        const auto j = at(rings_.neighbors[at(place)]);
         if (usable_[j] == 0) continue;
         sum += ring_gradient(j, shape, directions);
         ++count;

@@ -5,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "mscomp/acap/extract.h"
+#include "mscomp/acap/edge_weights.h"
+#include "mscomp/base/index.h"
 #include "occurrences.h"
 #include "ring_normals.h"
 
@@ -49,7 +50,7 @@ class DeformationGradients {
     const RingNormals& reference_pseudo_edges() const { return normals_; }
     /// M_i^-1 (V); zero where has_gradient says no.
     const std::vector<Eigen::Matrix3d>& inverse_moments() const { return inverse_moments_; }
-    bool has_gradient(int vertex) const { return usable_[static_cast<std::size_t>(vertex)] != 0; }
+    bool has_gradient(int vertex) const { return usable_[at(vertex)] != 0; }
 
     const OneRings& rings() const { return rings_; }
     const std::vector<double>& weights() const { return weights_; }  // beside rings().neighbors

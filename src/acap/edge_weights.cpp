@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -15,9 +16,9 @@ namespace {
 constexpr double kSmallestCotangentWeight = 1e-3;
 
 std::size_t edge_index(const OneRings& rings, int from, int to) {
-    const auto begin = rings.neighbors.begin() + rings.offsets[static_cast<std::size_t>(from)];
-    const auto end = rings.neighbors.begin() + rings.offsets[static_cast<std::size_t>(from) + 1];
-    return static_cast<std::size_t>(std::lower_bound(begin, end, to) - rings.neighbors.begin());
+    const auto begin = rings.neighbors.begin() + rings.offsets[at(from)];
+    const auto end = rings.neighbors.begin() + rings.offsets[at(from) + 1];
+    return at(std::lower_bound(begin, end, to) - rings.neighbors.begin());
 }
 
 double positive_weight(double half_cotangents, EdgeWeights kind) {
@@ -62,7 +63,7 @@ EdgeWeightTable edge_weights(const TriangleMesh& reference, const OneRings& ring
     EdgeWeightTable table;
     table.weights.assign(rings.neighbors.size(), 0.0);
     for (int index = 0; index < reference.face_count(); ++index) {
-        const Face& face = reference.faces[static_cast<std::size_t>(index)];
+        const Face& face = reference.faces[at(index)];
         const auto normal = face_normal(reference.vertices, face);
         if (!normal) {
             table.zero_area_faces.add(index);
@@ -70,11 +71,9 @@ EdgeWeightTable edge_weights(const TriangleMesh& reference, const OneRings& ring
         }
         for (std::size_t corner = 0; corner < 3; ++corner) {
             const int a = face[(corner + 1) % 3], b = face[(corner + 2) % 3];
-            const auto tip = as_vector(reference.vertices[static_cast<std::size_t>(face[corner])]);
-            const Eigen::Vector3d u =
-                as_vector(reference.vertices[static_cast<std::size_t>(a)]) - tip;
-            const Eigen::Vector3d v =
-                as_vector(reference.vertices[static_cast<std::size_t>(b)]) - tip;
+            const auto tip = as_vector(reference.vertices[at(face[corner])]);
+            const Eigen::Vector3d u = as_vector(reference.vertices[at(a)]) - tip;
+            const Eigen::Vector3d v = as_vector(reference.vertices[at(b)]) - tip;
             const double half_cotangent = 0.5 * u.dot(v) / normal->dot(u.cross(v));
             table.weights[edge_index(rings, a, b)] += half_cotangent;
             table.weights[edge_index(rings, b, a)] += half_cotangent;

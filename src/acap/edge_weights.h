@@ -8,7 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "mscomp/acap/extract.h"
+#include "mscomp/acap/edge_weights.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/mesh_data.h"
 #include "occurrences.h"
 
@@ -27,9 +28,9 @@ std::optional<Eigen::Vector3d> face_normal_of_any_size(const Eigen::Vector3d& ab
 /// Unit normal of a triangle, none if its area vanishes beside its longest edge squared.
 inline std::optional<Eigen::Vector3d> face_normal(const std::vector<Point>& points,
                                                   const Face& face) {
-    const auto a = as_vector(points[static_cast<std::size_t>(face[0])]);
-    const Eigen::Vector3d ab = as_vector(points[static_cast<std::size_t>(face[1])]) - a;
-    const Eigen::Vector3d ac = as_vector(points[static_cast<std::size_t>(face[2])]) - a;
+    const auto a = as_vector(points[at(face[0])]);
+    const Eigen::Vector3d ab = as_vector(points[at(face[1])]) - a;
+    const Eigen::Vector3d ac = as_vector(points[at(face[2])]) - a;
     const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
     // Where squares of areas stay well inside the range of double, one root is enough.
     if (!(longest > 1e-60 && longest < 1e60)) {

@@ -8,13 +8,14 @@
 #include <mutex>
 #include <utility>
 
-#include "consistency.h"
+#include "acap/turns/consistency.h"
+#include "acap/turns/neighbor_starts.h"
 #include "deformation_gradient.h"
 #include "feature_format.h"
 #include "float_range.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
-#include "neighbor_starts.h"
 #include "shape_extraction.h"
 
 namespace mscomp {
@@ -91,7 +92,7 @@ void warn_of_shapes(const std::vector<ShapeOddities>& shapes, const FeatureSet& 
         if (count > 0) affected.add(static_cast<int>(n));
     }
     if (total == 0) return;
-    const auto first = static_cast<std::size_t>(affected.first);
+    const auto first = at(affected.first);
     warnings.push_back(fmt::format("{} {} in {} of {} shapes (first: {} {} of '{}')", total, what,
                                    affected.count, shapes.size(), kind,
                                    (shapes[first].*member).first + 1, set.names[first]));
@@ -110,7 +111,7 @@ void warn_of_far_shapes(const std::vector<ShapeOddities>& shapes, const FeatureS
         "{} of {} shapes lie over {} times their size from the origin (first: '{}'); float32 keeps "
         "few digits of such positions: move all meshes to the origin first",
         std::ranges::count_if(shapes, is_far), shapes.size(), kFarFromOrigin,
-        set.names[static_cast<std::size_t>(first - shapes.begin())]));
+        set.names[at(first - shapes.begin())]));
 }
 
 /// The work on one set. Memory is what the shared part takes and one shape per thread, whatever N:
@@ -149,15 +150,15 @@ class Extraction {
         std::vector<double> sum(vertex_count, 0.0);
         // Added in the order of the shapes, so the size of the chunks changes no bit.
         const Chunks chunks{set_.shape_count(), 8 * static_cast<std::int64_t>(thread_count())};
-        std::vector<std::vector<double>> squares(static_cast<std::size_t>(chunks.size));
+        std::vector<std::vector<double>> squares(at(chunks.size));
         for (std::int64_t chunk = 0; chunk < chunks.count(); ++chunk) {
             const std::int64_t begin = chunks.begin(chunk), count = chunks.end(chunk) - begin;
             parallel_for(count, [&](std::int64_t i) {
-                squares[static_cast<std::size_t>(i)] = extract(static_cast<int>(begin + i));
+                squares[at(i)] = extract(static_cast<int>(begin + i));
                 progress_.step();
             });
             for (std::int64_t i = 0; i < count; ++i) {
-                const std::vector<double>& shape = squares[static_cast<std::size_t>(i)];
+                const std::vector<double>& shape = squares[at(i)];
                 for (std::size_t v = 0; v < vertex_count; ++v) sum[v] += shape[v];
             }
         }
@@ -167,7 +168,7 @@ class Extraction {
 
     /// Returns the squared rotation angle of every vertex.
     std::vector<double> extract(int index) {
-        const auto n = static_cast<std::size_t>(index);
+        const auto n = at(index);
         const std::vector<Point> input = source_.shape(index);
         check_size(set_.names[n], input.size(), set_.reference.vertices);
         const ExtractedShape shape =
@@ -191,7 +192,7 @@ class Extraction {
         std::vector<float> row(set_.reference.vertices.size() * kFeatureDim);
         rows_.get_features(index, row);
         std::vector<Eigen::Vector3d> rotation_vectors = rotation_vectors_of(row);
-        summaries_[static_cast<std::size_t>(index)] = make_consistent(graph, rotation_vectors);
+        summaries_[at(index)] = make_consistent(graph, rotation_vectors);
         store_rotation_vectors(rotation_vectors, row);
         rows_.put_features(index, row);
     }
@@ -254,7 +255,7 @@ FeatureSet extract_features(const ShapeSource& source, const std::vector<Point>&
                             const ExtractOptions& options, FeatureRows& rows,
                             const ExtractProgress& progress) {
     if (source.shape_count() > 0) {
-        check_size(source.names()[0], static_cast<std::size_t>(source.vertex_count()), reference);
+        check_size(source.names()[0], at(source.vertex_count()), reference);
     }
     check_faces(source, reference);
     if (is_too_small_for_float(reference)) {

@@ -11,6 +11,7 @@
 
 #include "feature_format.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/safetensors.h"
 
 namespace mscomp {
@@ -155,14 +156,14 @@ struct FeatureFile::State {
 
     std::span<const float> row(std::span<const float> all, int index) const {
         const std::size_t width = all.size() / outline.names.size();
-        return all.subspan(static_cast<std::size_t>(index) * width, width);
+        return all.subspan(at(index) * width, width);
     }
     /// The system brings in what lies around a page that is used, too. Were that left, reading
     /// shapes in any order but their own would fill the memory.
     void forget_around(std::span<const float> all, int index) const {
         constexpr std::size_t kAround = 65536 / sizeof(float);
         const std::size_t width = all.size() / outline.names.size();
-        const std::size_t begin = static_cast<std::size_t>(index) * width;
+        const std::size_t begin = at(index) * width;
         const std::size_t first = begin - std::min(begin, kAround);
         const std::size_t end = std::min(all.size(), begin + width + kAround);
         file.forget(std::as_bytes(all.subspan(first, end - first)));
@@ -199,7 +200,7 @@ void FeatureFile::forget(int index) const {
 FeatureSet read_features(const std::string& path) {
     const FeatureFile file(path);
     FeatureSet set = file.outline();
-    const auto count = static_cast<std::size_t>(file.shape_count());
+    const auto count = at(file.shape_count());
     set.features.reserve(count * file.shape(0).size());
     set.vertices.reserve(count * file.vertices(0).size());
     for (int n = 0; n < file.shape_count(); ++n) {

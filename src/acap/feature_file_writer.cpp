@@ -8,6 +8,7 @@
 #include "feature_format.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/safetensors_pieces.h"
 
 namespace mscomp {
@@ -145,7 +146,7 @@ void FeatureFileWriter::finish(const FeatureSet& set) {
 }
 
 void write_features(const std::string& path, const FeatureSet& set) {
-    const auto wanted = static_cast<std::size_t>(set.shape_count()) * set.reference.vertices.size();
+    const auto wanted = at(set.shape_count()) * set.reference.vertices.size();
     if (set.features.size() != wanted * kFeatureDim || set.vertices.size() != wanted * 3) {
         throw std::logic_error("features or vertices of another size than names and reference say");
     }
@@ -154,7 +155,7 @@ void write_features(const std::string& path, const FeatureSet& set) {
     const std::size_t width = set.reference.vertices.size() * 3;
     for (int n = 0; n < set.shape_count(); ++n) {
         writer.put_features(n, set.shape(n));
-        writer.put_vertices(n, vertices.subspan(static_cast<std::size_t>(n) * width, width));
+        writer.put_vertices(n, vertices.subspan(at(n) * width, width));
     }
     writer.finish(set);
 }

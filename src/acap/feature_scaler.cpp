@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -40,8 +41,8 @@ ShapeRange range_of(std::span<const float> values) {
 }
 
 [[noreturn]] void fail_not_finite(std::span<const float> values, int shape) {
-    const auto place = static_cast<std::size_t>(
-        std::ranges::find_if(values, [](float x) { return !std::isfinite(x); }) - values.begin());
+    const auto place = at(std::ranges::find_if(values, [](float x) { return !std::isfinite(x); }) -
+                          values.begin());
     throw NumericalError(fmt::format("feature of shape {}, vertex {}, channel {} is not finite",
                                      shape, place / kFeatureDim, place % kFeatureDim));
 }

@@ -3,6 +3,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -13,8 +15,8 @@ Eigen::Vector3d least_spread(const std::vector<Point>& points, const OneRings& r
                              std::size_t vertex, double length) {
     if (!(length > 0)) return Eigen::Vector3d::UnitZ();
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-    for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
-        const auto j = static_cast<std::size_t>(rings.neighbors[static_cast<std::size_t>(at)]);
+    for (int place = rings.offsets[vertex]; place < rings.offsets[vertex + 1]; ++place) {
+        const auto j = at(rings.neighbors[at(place)]);
         const Eigen::Vector3d edge = (as_vector(points[j]) - as_vector(points[vertex])) / length;
         spread += edge * edge.transpose();
     }
@@ -24,8 +26,8 @@ Eigen::Vector3d least_spread(const std::vector<Point>& points, const OneRings& r
 double mean_edge_length(const std::vector<Point>& points, const OneRings& rings,
                         std::size_t vertex) {
     double sum = 0;
-    for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
-        const auto j = static_cast<std::size_t>(rings.neighbors[static_cast<std::size_t>(at)]);
+    for (int place = rings.offsets[vertex]; place < rings.offsets[vertex + 1]; ++place) {
+        const auto j = at(rings.neighbors[at(place)]);
         sum += (as_vector(points[j]) - as_vector(points[vertex])).norm();
     }
     const int degree = rings.offsets[vertex + 1] - rings.offsets[vertex];
@@ -48,7 +50,7 @@ RingNormals ring_directions(const std::vector<Point>& points, const std::vector<
             continue;
         }
         for (const int corner : faces[f]) {
-            const auto i = static_cast<std::size_t>(corner);
+            const auto i = at(corner);
             result.normal[i] += *normal;
             result.sum_length[i] += 1;
         }

@@ -44,12 +44,12 @@ Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation) {
 }
 
 Eigen::Matrix3d gradient_of_feature(std::span<const float, 9> feature) {
-    const auto at = [&](std::size_t channel) { return static_cast<double>(feature[channel]); };
+    const auto entry = [&](std::size_t channel) { return static_cast<double>(feature[channel]); };
     Eigen::Matrix3d stretch;
-    stretch << at(3), at(4), at(5),  //
-        at(4), at(6), at(7),         //
-        at(5), at(7), at(8);
-    return rotation_exp({at(0), at(1), at(2)}) * stretch;
+    stretch << entry(3), entry(4), entry(5),  //
+        entry(4), entry(6), entry(7),         //
+        entry(5), entry(7), entry(8);
+    return rotation_exp({entry(0), entry(1), entry(2)}) * stretch;
 }
 
 std::vector<Eigen::Matrix3d> gradients_of_features(std::span<const float> features,

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -37,7 +38,7 @@ MappedFile::MappedFile(std::string path) : path_(std::move(path)) {
     if (::fstat(file.number, &info) != 0) fail(path_, "read", errno);
     if (S_ISDIR(info.st_mode)) throw IoError(path_, "is a folder, wanted a file");
     if (!S_ISREG(info.st_mode)) throw IoError(path_, "is not a regular file, cannot be mapped");
-    const auto size = static_cast<std::size_t>(info.st_size);
+    const auto size = at(info.st_size);
     if (size == 0) return;
     void* start = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number, 0);
     if (start == MAP_FAILED) fail(path_, "map into memory", errno);
@@ -45,7 +46,7 @@ MappedFile::MappedFile(std::string path) : path_(std::move(path)) {
 }
 
 void MappedFile::forget(std::size_t begin, std::size_t end) const {
-    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    const auto page = at(::sysconf(_SC_PAGESIZE));
     begin -= begin % page;
     end -= end % page;
     if (begin >= end) return;

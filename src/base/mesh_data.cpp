@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 
 std::vector<Point> points_of(std::span<const float> coordinates) {
@@ -29,10 +31,10 @@ OneRings one_rings_of_faces(int vertex_count, const std::vector<Face>& faces) {
     edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 
     OneRings rings;
-    rings.offsets.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
+    rings.offsets.assign(at(vertex_count) + 1, 0);
     rings.neighbors.reserve(edges.size());
     for (const auto& [from, to] : edges) {
-        ++rings.offsets[static_cast<std::size_t>(from) + 1];
+        ++rings.offsets[at(from) + 1];
         rings.neighbors.push_back(to);
     }
     for (std::size_t i = 1; i < rings.offsets.size(); ++i) rings.offsets[i] += rings.offsets[i - 1];
@@ -41,20 +43,20 @@ OneRings one_rings_of_faces(int vertex_count, const std::vector<Face>& faces) {
 
 std::vector<int> connected_components(const OneRings& rings) {
     const int count = rings.vertex_count();
-    std::vector<int> component(static_cast<std::size_t>(count), -1);
+    std::vector<int> component(at(count), -1);
     std::vector<int> stack;
     int next = 0;
     for (int seed = 0; seed < count; ++seed) {
-        if (component[static_cast<std::size_t>(seed)] >= 0) continue;
-        component[static_cast<std::size_t>(seed)] = next;
+        if (component[at(seed)] >= 0) continue;
+        component[at(seed)] = next;
         stack.assign(1, seed);
         while (!stack.empty()) {
-            const auto vertex = static_cast<std::size_t>(stack.back());
+            const auto vertex = at(stack.back());
             stack.pop_back();
-            for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
-                const int neighbor = rings.neighbors[static_cast<std::size_t>(at)];
-                if (component[static_cast<std::size_t>(neighbor)] >= 0) continue;
-                component[static_cast<std::size_t>(neighbor)] = next;
+            for (int place = rings.offsets[vertex]; place < rings.offsets[vertex + 1]; ++place) {
+                const int neighbor = rings.neighbors[at(place)];
+                if (component[at(neighbor)] >= 0) continue;
+                component[at(neighbor)] = next;
                 stack.push_back(neighbor);
             }
         }

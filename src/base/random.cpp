@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -51,11 +53,11 @@ double CounterRandom::normal(std::uint64_t index) const {
 }
 
 std::vector<int> CounterRandom::permutation(int count) const {
-    std::vector<int> order(static_cast<std::size_t>(count));
+    std::vector<int> order(at(count));
     std::iota(order.begin(), order.end(), 0);
     for (int i = count - 1; i > 0; --i) {
         const int j = static_cast<int>(uniform(static_cast<std::uint64_t>(i)) * (i + 1));
-        std::swap(order[static_cast<std::size_t>(i)], order[static_cast<std::size_t>(j)]);
+        std::swap(order[at(i)], order[at(j)]);
     }
     return order;
 }

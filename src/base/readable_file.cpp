@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/stop_request.h"
 
 namespace mscomp {
@@ -38,7 +39,7 @@ ReadableFile::ReadableFile(std::string path) : path_(std::move(path)) {
         throw IoError(path_, "is a folder, wanted a file");
     }
     may_wait_ = !S_ISREG(info.st_mode);
-    if (!may_wait_) size_ = static_cast<std::size_t>(info.st_size);
+    if (!may_wait_) size_ = at(info.st_size);
 }
 
 ReadableFile::~ReadableFile() { ::close(descriptor_); }
@@ -47,7 +48,7 @@ std::size_t ReadableFile::read(std::span<char> bytes) const {
     for (;;) {
         if (may_wait_) wait_for_data();
         const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
-        if (got >= 0) return static_cast<std::size_t>(got);
+        if (got >= 0) return at(got);
         if (errno != EINTR && errno != EAGAIN) fail(path_, "read", errno);
     }
 }

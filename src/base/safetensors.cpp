@@ -16,6 +16,7 @@
 
 #include "mapped_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/safetensors_pieces.h"
 #include "safetensors_header.h"
 
@@ -37,12 +38,12 @@ class DataReading {
         std::sort(order.begin(), order.end(),
                   [](const auto& a, const auto& b) { return a.second->begin < b.second->begin; });
         for (const auto& [name, tensor] : order) {
-            for (std::uint64_t at = tensor->begin; at < tensor->end; at += kPieceBytes) {
-                const std::size_t begin = header.data_begin + at;
-                const std::size_t size = std::min<std::size_t>(kPieceBytes, tensor->end - at);
+            for (std::uint64_t place = tensor->begin; place < tensor->end; place += kPieceBytes) {
+                const std::size_t begin = header.data_begin + place;
+                const std::size_t size = std::min<std::size_t>(kPieceBytes, tensor->end - place);
                 const std::span<const std::byte> bytes = file.bytes().subspan(begin, size);
                 XXH3_64bits_update(&state_, bytes.data(), bytes.size());
-                const auto first = (at - tensor->begin) / size_of(tensor->type);
+                const auto first = (place - tensor->begin) / size_of(tensor->type);
                 if (check && !refusal_) {
                     show(check, {*name, tensor->type, tensor->shape,
                                  static_cast<std::int64_t>(first), bytes});
@@ -190,7 +191,7 @@ void SafetensorsFile::forget(std::span<const std::byte> data) const {
     const std::span<const std::byte> whole = mapping_->file.bytes();
     // What had to be copied to be aligned stays.
     if (data.data() < whole.data() || data.data() >= whole.data() + whole.size()) return;
-    const auto begin = static_cast<std::size_t>(data.data() - whole.data());
+    const auto begin = at(data.data() - whole.data());
     mapping_->file.forget(begin, begin + data.size());
 }
 

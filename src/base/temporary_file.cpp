@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -104,7 +105,7 @@ void TemporaryFile::write(std::uint64_t offset, std::span<const std::byte> bytes
         if (done < 0 && errno == EINTR) continue;
         if (done <= 0) fail("write");
         offset += static_cast<std::uint64_t>(done);
-        bytes = bytes.subspan(static_cast<std::size_t>(done));
+        bytes = bytes.subspan(at(done));
     }
 }
 
@@ -116,7 +117,7 @@ std::size_t TemporaryFile::read(std::uint64_t offset, std::span<std::byte> bytes
         if (done < 0 && errno == EINTR) continue;
         if (done < 0) fail("read back");
         if (done == 0) break;
-        count += static_cast<std::size_t>(done);
+        count += at(done);
     }
     return count;
 }

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstring>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/stop_request.h"
 
 namespace mscomp {
@@ -39,7 +40,7 @@ TemporaryName::TemporaryName(const std::string& path) {
 }
 
 void TemporaryName::forget() {
-    if (place_ >= 0) places[static_cast<std::size_t>(place_)].state = unused;
+    if (place_ >= 0) places[at(place_)].state = unused;
     place_ = -1;
 }
 

@@ -12,6 +12,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
 #include "mscomp/cli/progress.h"
@@ -100,8 +101,7 @@ void write_meshes(const ShapeSource& shapes, const ConvertCommand& options, cons
         const TriangleMesh mesh{shapes.shape(i), shapes.faces()};
         losses.watch_positions(mesh.vertices, output.mesh_format);
         write_mesh(output.is_folder
-                       ? fmt::format("{}/{}.{}", options.output, names[static_cast<std::size_t>(i)],
-                                     output.mesh_format)
+                       ? fmt::format("{}/{}.{}", options.output, names[at(i)], output.mesh_format)
                        : options.output,
                    mesh);
         progress.update(i + 1);

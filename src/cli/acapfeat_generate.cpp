@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "acapfeat_commands.h"
-#include "mscomp/acap/generate.h"
 #include "mscomp/base/error.h"
 #include "mscomp/cli/outputs.h"
+#include "mscomp/generate/generate.h"
 #include "number_of.h"
 #include "seed_option.h"
 

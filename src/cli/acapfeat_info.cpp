@@ -13,6 +13,7 @@
 #include "acapfeat_commands.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/feature_scaler.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "number_of.h"
 
@@ -50,9 +51,9 @@ Extremes extremes_of_shape(const FeatureFile& file, int shape) {
 }
 
 Extremes extremes_of(const FeatureFile& file) {
-    std::vector<Extremes> shapes(static_cast<std::size_t>(file.shape_count()));
+    std::vector<Extremes> shapes(at(file.shape_count()));
     parallel_for(file.shape_count(), [&](std::int64_t n) {
-        shapes[static_cast<std::size_t>(n)] = extremes_of_shape(file, static_cast<int>(n));
+        shapes[at(n)] = extremes_of_shape(file, static_cast<int>(n));
     });
     Extremes all;
     for (const Extremes& shape : shapes) {
@@ -69,8 +70,7 @@ std::vector<int> largest_jumps(const FeatureSet& set) {
     std::vector<int> order(set.largest_jump.size());
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&set](int a, int b) {
-        return set.largest_jump[static_cast<std::size_t>(a)] >
-               set.largest_jump[static_cast<std::size_t>(b)];
+        return set.largest_jump[at(a)] > set.largest_jump[at(b)];
     });
     order.resize(std::min(order.size(), kJumpsShown));
     return order;
@@ -78,16 +78,16 @@ std::vector<int> largest_jumps(const FeatureSet& set) {
 
 Json to_json(const FeatureSet& set, const FeatureExtreme& extreme) {
     return {{"value", extreme.value},
-            {"shape", set.names[static_cast<std::size_t>(extreme.shape)]},
+            {"shape", set.names[at(extreme.shape)]},
             {"shape_index", extreme.shape},
             {"vertex", extreme.vertex},
-            {"channel", kChannelNames[static_cast<std::size_t>(extreme.channel)]}};
+            {"channel", kChannelNames[at(extreme.channel)]}};
 }
 
 std::string to_text(const FeatureSet& set, const FeatureExtreme& extreme) {
     return fmt::format("{:.4g} ({} of shape {}, vertex {} counted from 0)", extreme.value,
-                       kChannelNames[static_cast<std::size_t>(extreme.channel)],
-                       set.names[static_cast<std::size_t>(extreme.shape)], extreme.vertex);
+                       kChannelNames[at(extreme.channel)], set.names[at(extreme.shape)],
+                       extreme.vertex);
 }
 
 double total_of(const std::vector<double>& values) {
@@ -140,7 +140,7 @@ void print_energies(const FeatureSet& set) {
                    number_of_shapes(set.shape_count()));
     }
     for (const int i : largest_jumps(set)) {
-        const auto index = static_cast<std::size_t>(i);
+        const auto index = at(i);
         fmt::print("jump across an edge {:.4g} rad in shape {}\n", set.largest_jump[index],
                    set.names[index]);
     }

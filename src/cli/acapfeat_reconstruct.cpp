@@ -14,6 +14,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
@@ -116,7 +117,7 @@ class ShapeReconstruction {
     }
 
     void write(int index, const std::string& name, std::vector<Point> positions) const {
-        const auto n = static_cast<std::size_t>(index);
+        const auto n = at(index);
         if (!options_.keep_aligned) {
             positions = unaligned(std::move(positions), set_.rotation[n], set_.translation[n]);
         }
@@ -128,7 +129,7 @@ class ShapeReconstruction {
     /// Handles are given where the meshes are written to.
     std::vector<Handle> handles_of(int index) const {
         std::vector<Handle> handles = handles_;
-        const auto n = static_cast<std::size_t>(index);
+        const auto n = at(index);
         if (options_.keep_aligned) return handles;
         for (Handle& handle : handles) {
             handle.position = aligned(handle.position, set_.rotation[n], set_.translation[n]);
@@ -169,12 +170,12 @@ Summary reconstruct_shapes(const ReconstructCommand& options, const FeatureFile&
     for (int begin = range.begin; begin < range.end; begin += block) {
         throw_if_interrupted(fmt::format("interrupted; {} of {} meshes are in {}",
                                          begin - range.begin, range.size(), options.output));
-        std::vector<Solved> solved(static_cast<std::size_t>(std::min(block, range.end - begin)));
+        std::vector<Solved> solved(at(std::min(block, range.end - begin)));
         parallel_for(static_cast<std::int64_t>(solved.size()), [&](std::int64_t i) {
             const int index = begin + static_cast<int>(i);
-            Solved& one = solved[static_cast<std::size_t>(i)];
+            Solved& one = solved[at(i)];
             one = reconstruction.solve(index);
-            reconstruction.write(index, names[static_cast<std::size_t>(index)], one.shape.vertices);
+            reconstruction.write(index, names[at(index)], one.shape.vertices);
         });
         for (std::size_t i = 0; i < solved.size(); ++i) {
             add_to(summary, solved[i], begin + static_cast<int>(i));
@@ -200,8 +201,7 @@ void print_summary(const ReconstructCommand& options, const FeatureSet& set, int
         if (is_lossless) {
             json["residual_mean"] = summary.residual_sum / count;
             json["residual_max"] = summary.residual_max;
-            json["residual_max_shape"] =
-                set.names[static_cast<std::size_t>(summary.residual_max_shape)];
+            json["residual_max_shape"] = set.names[at(summary.residual_max_shape)];
             json["shapes_without_mesh"] = summary.without_mesh;
             json["shapes_not_converged"] = summary.not_converged;
         }
@@ -220,7 +220,7 @@ void print_summary(const ReconstructCommand& options, const FeatureSet& set, int
                poisson_per_shape);
     fmt::print("residual of the features: mean {:.2g}, largest {:.2g} in '{}'\n",
                summary.residual_sum / count, summary.residual_max,
-               set.names[static_cast<std::size_t>(summary.residual_max_shape)]);
+               set.names[at(summary.residual_max_shape)]);
     if (options.common.quiet) return;
     if (summary.without_mesh > 0 && options.handles.empty()) {
         fmt::print(stderr,

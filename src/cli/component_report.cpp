@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "mscomp/base/index.h"
 #include "mscomp/eval/component_statistics.h"
 
 namespace mscomp {
@@ -38,7 +39,7 @@ ComponentReport component_report(const std::vector<nn::Component>& components, i
                                  int vertex_count, DistanceRows& distances) {
     ComponentReport report;
     report.list = nlohmann::ordered_json::array();
-    std::vector<int> kept(static_cast<std::size_t>(level_count), 0);
+    std::vector<int> kept(at(level_count), 0);
     int all_kept = 0;
     for (const nn::Component& c : components) {
         const double share = static_cast<double>(c.support) / vertex_count;
@@ -51,7 +52,7 @@ ComponentReport component_report(const std::vector<nn::Component>& components, i
                                {"localization_radius", c.localization_radius},
                                {"center_vertex", c.center}});
         if (!c.kept) continue;
-        ++kept[static_cast<std::size_t>(c.level)];
+        ++kept[at(c.level)];
         ++all_kept;
         report.support_mean += share;
     }

@@ -8,11 +8,10 @@
 
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// Length of each row of (V,9).
 std::vector<float> row_lengths(std::span<const float> rows) {
@@ -29,9 +28,9 @@ float full_color_amount(const std::vector<float>& amount) {
     std::vector<float> moving;
     std::ranges::copy_if(amount, std::back_inserter(moving), [](float a) { return a > 0; });
     if (moving.empty()) return 0;
-    const auto at = moving.begin() + static_cast<std::ptrdiff_t>((moving.size() - 1) * 98 / 100);
-    std::nth_element(moving.begin(), at, moving.end());
-    return *at;
+    const auto place = moving.begin() + static_cast<std::ptrdiff_t>((moving.size() - 1) * 98 / 100);
+    std::nth_element(moving.begin(), place, moving.end());
+    return *place;
 }
 
 double median(std::vector<double> values) {
@@ -44,7 +43,7 @@ double median(std::vector<double> values) {
 std::map<int, double> part_areas(const TriangleMesh& mesh, const std::vector<int>& parts) {
     std::map<int, double> areas;
     for (const Face& face : mesh.faces) {
-        const auto corner = [&](int i) { return static_cast<std::size_t>(face[at(i)]); };
+        const auto corner = [&](int i) { return at(face[at(i)]); };
         const int part = parts[corner(0)];
         if (parts[corner(1)] != part || parts[corner(2)] != part) continue;
         std::array<double, 3> a{}, b{};

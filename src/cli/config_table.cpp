@@ -8,6 +8,7 @@
 #include <iterator>
 #include <utility>
 
+#include "mscomp/base/index.h"
 #include "mscomp/nn/kinds.h"
 
 namespace mscomp {
@@ -27,7 +28,7 @@ Choice choice(Enum& value, std::vector<std::pair<Enum, std::string>> values) {
     result.get = [&value, values] {
         const auto found = std::find_if(values.begin(), values.end(),
                                         [&value](const auto& v) { return v.first == value; });
-        return static_cast<std::size_t>(found - values.begin());
+        return at(found - values.begin());
     };
     result.set = [&value, values](std::size_t index) { value = values[index].first; };
     return result;

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <optional>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -46,7 +48,7 @@ struct ReadValue {
         if (!node.IsScalar()) return false;
         const auto name = std::find(field.names.begin(), field.names.end(), node.Scalar());
         if (name == field.names.end()) return false;
-        field.set(static_cast<std::size_t>(name - field.names.begin()));
+        field.set(at(name - field.names.begin()));
         return true;
     }
     bool operator()(std::optional<double>* field) const {

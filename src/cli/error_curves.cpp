@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/eval/farthest_points.h"
 
@@ -16,8 +17,6 @@ namespace mscomp {
 namespace {
 
 constexpr std::size_t kMostStarts = 100;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 std::vector<float> reference_codes(const std::vector<nn::Component>& components) {
     std::vector<float> codes;

@@ -15,6 +15,7 @@
 #include "known_units.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
 #include "mscomp/cli/progress.h"
@@ -73,7 +74,7 @@ struct MeasuredFit {
     void add(const ShapeDecoder& decoder, const FeatureFile& file, std::span<const int> shapes,
              const std::vector<DecodedShape>& decoded) {
         for (std::size_t m = 0; m < shapes.size(); ++m) {
-            const auto shape = static_cast<std::size_t>(shapes[m]);
+            const auto shape = at(shapes[m]);
             measures.add(file.outline().names[shape], decoder.truth(shapes[m]), decoded[m].vertices,
                          decoder.relative_squared_error_of(shapes[m], decoded[m]));
             codes.insert(codes.end(), decoded[m].codes.begin(), decoded[m].codes.end());
@@ -188,7 +189,7 @@ class Evaluation {
         write_file(options_.output + "/components.csv", csv_of(report["component_list"]));
         std::vector<int> worst;
         for (const int n : worst_shapes(fits_.back().measures.shapes(), options_.worst)) {
-            worst.push_back(shapes_[static_cast<std::size_t>(n)]);
+            worst.push_back(shapes_[at(n)]);
         }
         if (worst.empty()) return;
         write_error_picture(options_.output + "/errors.png",
@@ -217,7 +218,7 @@ class Evaluation {
         for (const MeasuredFit& fit : fits_) {
             result[fit.name] = ordered_json::array();
             for (const int n : worst_shapes(fit.measures.shapes(), options_.worst)) {
-                result[fit.name].push_back(shape_json(fit, static_cast<std::size_t>(n)));
+                result[fit.name].push_back(shape_json(fit, at(n)));
             }
         }
         return result;

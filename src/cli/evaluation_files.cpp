@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "mscomp/base/index.h"
 #include "mscomp/eval/measures.h"
 #include "mscomp/render/error_sheet.h"
 
@@ -66,7 +67,7 @@ void write_error_picture(const std::string& path, const std::string& title, Shap
     if (vertices) fitted = decoder.fit(shapes, encoded);
     std::vector<ComparedShape> sheet;
     for (std::size_t m = 0; m < shapes.size(); ++m) {
-        const std::string& name = file.outline().names[static_cast<std::size_t>(shapes[m])];
+        const std::string& name = file.outline().names[at(shapes[m])];
         const std::vector<Point> truth = decoder.truth(shapes[m]);
         if (features) {
             sheet.push_back(compared(name, "features", truth, encoded[m], reference.vertices));

@@ -13,6 +13,7 @@
 
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/eval/unit_matches.h"
 
 namespace mscomp {
@@ -84,8 +85,7 @@ KnownUnits::KnownUnits(const std::string& path, int shape_count) {
 }
 
 std::span<const double> KnownUnits::of_shape(int shape) const {
-    return std::span<const double>(weights_).subspan(
-        static_cast<std::size_t>(shape) * names_.size(), names_.size());
+    return std::span<const double>(weights_).subspan(at(shape) * names_.size(), names_.size());
 }
 
 int KnownUnits::varying_count(std::span<const int> shapes) const {
@@ -111,7 +111,7 @@ nlohmann::ordered_json KnownUnits::matches(std::span<const int> shapes,
         correlation_table(codes, weights, static_cast<int>(shapes.size()), kThreshold);
     const auto described = [&](const UnitMatch& match) {
         nlohmann::ordered_json id;
-        if (match.code >= 0) id = components[static_cast<std::size_t>(match.code)].id;
+        if (match.code >= 0) id = components[at(match.code)].id;
         return nlohmann::ordered_json{{"component", id}, {"correlation", match.correlation}};
     };
     nlohmann::ordered_json list = nlohmann::ordered_json::array();

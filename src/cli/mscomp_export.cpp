@@ -9,6 +9,7 @@
 
 #include "component_shape.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/base/index.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
 #include "mscomp/cli/progress.h"
@@ -156,7 +157,7 @@ void run_export(const ExportOptions& options) {
                       progress_options(options.common.quiet));
     int kept = 0;
     for (const int i : nn::strongest_first(components)) {
-        const nn::Component& component = components[static_cast<std::size_t>(i)];
+        const nn::Component& component = components[at(i)];
         throw_if_interrupted("interrupted; some components are written, components.json is not");
         const bool has_file = component.kept || options.all;
         list.push_back(describe(component, vertices, has_file));

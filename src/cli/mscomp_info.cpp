@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "mscomp/base/index.h"
 #include "mscomp/cli/program.h"
 #include "mscomp/nn/components.h"
 #include "mscomp_commands.h"
@@ -34,7 +35,7 @@ void run_run_info(const RunInfoOptions& options) {
     for (int l = 0; l < static_cast<int>(sizes.size()); ++l) {
         const auto kept = std::ranges::count_if(
             components, [l](const nn::Component& c) { return c.level == l && c.kept; });
-        const nn::LevelSize& level = sizes[static_cast<std::size_t>(l)];
+        const nn::LevelSize& level = sizes[at(l)];
         levels.push_back({{"autoencoders", level.autoencoders},
                           {"components", level.codes()},
                           {"kept", kept},

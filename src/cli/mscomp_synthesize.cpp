@@ -12,6 +12,7 @@
 #include "component_shape.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/nearest_name.h"
 #include "mscomp/cli/outputs.h"
@@ -84,7 +85,7 @@ std::vector<const nn::Component*> chosen_components(const std::vector<nn::Compon
     std::ranges::stable_sort(chosen, [](const nn::Component* a, const nn::Component* b) {
         return a->distance > b->distance;
     });
-    chosen.resize(std::min(chosen.size(), static_cast<std::size_t>(options.strongest)));
+    chosen.resize(std::min(chosen.size(), at(options.strongest)));
     return chosen;
 }
 
@@ -136,7 +137,7 @@ void print_list(const std::vector<nn::Component>& components, int vertices, bool
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     if (!json) fmt::print("id      level  distance  support   reference      end    other\n");
     for (const int i : nn::strongest_first(components)) {
-        const nn::Component& c = components[static_cast<std::size_t>(i)];
+        const nn::Component& c = components[at(i)];
         const double support = static_cast<double>(c.support) / vertices;
         if (!json) {
             fmt::print("{:7} {:5}  {:8.4g}  {:5.1f} %  {:9.3f} {:8.3f} {:8.3f}{}\n", c.id, c.level,
@@ -236,10 +237,10 @@ void run_synthesize(const SynthesizeOptions& options) {
         const std::vector<float> codes = synthesis.codes(weights);
         write_synthesized(options.output, shapes, synthesis.change(codes));
         for (const nn::ComponentWeight& w : weights) {
-            report["weights"][components[static_cast<std::size_t>(w.code)].id] = w.weight;
+            report["weights"][components[at(w.code)].id] = w.weight;
         }
         for (const nn::Component& c : components) {
-            report["codes"][c.id] = codes[static_cast<std::size_t>(c.code)];
+            report["codes"][c.id] = codes[at(c.code)];
         }
         files.push_back(options.output);
     }

@@ -14,13 +14,14 @@
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/cli/config_file.h"
 #include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/outputs.h"
 #include "mscomp/cli/progress.h"
 #include "mscomp/cli/split.h"
-#include "mscomp/nn/trainer.h"
 #include "mscomp_commands.h"
+#include "nn/trainer.h"
 #include "peak_memory.h"
 #include "trained_run.h"
 #include "training_log.h"
@@ -129,8 +130,7 @@ void describe(const TrainingSetup& setup, const std::string& run, LineFile& log)
     for (const FeatureExtreme& extreme : setup.scaler.extremes) {
         log.append(
             fmt::format("extreme of the training features: channel {} is {:.6g} in {} at vertex {}",
-                        extreme.channel, extreme.value,
-                        names[static_cast<std::size_t>(extreme.shape)], extreme.vertex));
+                        extreme.channel, extreme.value, names[at(extreme.shape)], extreme.vertex));
     }
 }
 

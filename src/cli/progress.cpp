@@ -10,6 +10,8 @@
 #include <cmath>
 #include <utility>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -26,7 +28,7 @@ double steady_seconds() {
 std::size_t terminal_columns(std::FILE* stream) {
     winsize size{};
     const bool is_known = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-    return static_cast<std::size_t>(is_known ? size.ws_col : kDefaultColumns);
+    return at(is_known ? size.ws_col : kDefaultColumns);
 }
 
 }  // namespace

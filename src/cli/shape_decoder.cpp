@@ -9,13 +9,12 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/eval/measures.h"
 
 namespace mscomp {
 namespace {
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// Standard deviation of every code over the training shapes, all levels one after the other.
 std::vector<float> code_deviations(const TrainedRun& run) {

@@ -11,6 +11,7 @@
 
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
 
 namespace mscomp {
@@ -25,7 +26,7 @@ std::string_view trimmed(std::string_view text) {
 
 std::vector<int> read_indices(const std::string& path, int shape_count) {
     std::vector<int> indices;
-    std::vector<std::int64_t> line_of(static_cast<std::size_t>(shape_count), 0);
+    std::vector<std::int64_t> line_of(at(shape_count), 0);
     std::istringstream lines(read_file(path));
     std::string line;
     for (std::int64_t number = 1; std::getline(lines, line); ++number) {
@@ -39,7 +40,7 @@ std::vector<int> read_indices(const std::string& path, int shape_count) {
                              fmt::format("got \"{}\", wanted one shape index from 0 to {}", text,
                                          shape_count - 1));
         }
-        std::int64_t& first_line = line_of[static_cast<std::size_t>(index)];
+        std::int64_t& first_line = line_of[at(index)];
         if (first_line > 0) {
             throw InputError({path, number},
                              fmt::format("shape {} stands in line {} already", index, first_line));
@@ -69,7 +70,7 @@ std::vector<int> training_shapes(const nn::SplitConfig& config, int shape_count,
                                              config.count, shape_count));
             }
             train = CounterRandom(config.seed, 0).permutation(shape_count);
-            train.resize(static_cast<std::size_t>(config.count));
+            train.resize(at(config.count));
             break;
         case nn::SplitKind::file:
             train = read_indices(path_from(config_folder, config.path), shape_count);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "mscomp/base/index.h"
 #include "mscomp/render/plot.h"
 #include "sweep_table.h"
 
@@ -24,7 +25,7 @@ std::optional<double> number_in(const std::string& text) {
 std::string text_of(const SweepFile& sweep, const SweepRow& row, const std::string& column) {
     const auto key = std::ranges::find(sweep.keys, column);
     if (key != sweep.keys.end()) {
-        return row.values[static_cast<std::size_t>(key - sweep.keys.begin())];
+        return row.values[at(key - sweep.keys.begin())];
     }
     const auto measure = row.measures.find(column);
     if (measure != row.measures.end()) return fmt::format("{:.9g}", measure->second);

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "mscomp/nn/trainer.h"
+#include "nn/trainer.h"
 
 namespace mscomp {
 

@@ -5,6 +5,7 @@
 
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp {
@@ -37,10 +38,10 @@ void supply_vertices(Contents& contents, int shape_count) {
     FeatureSet& set = *contents.features;
     if (!set.vertices.empty()) return;
     const LosslessReconstruction lossless(set.reference, parse_edge_weights(set.weights));
-    const auto size = static_cast<std::size_t>(set.vertex_count()) * 3;
-    set.vertices.resize(static_cast<std::size_t>(shape_count) * size);
+    const auto size = at(set.vertex_count()) * 3;
+    set.vertices.resize(at(shape_count) * size);
     parallel_for(shape_count, [&](std::int64_t shape) {
-        float* out = set.vertices.data() + static_cast<std::size_t>(shape) * size;
+        float* out = set.vertices.data() + at(shape) * size;
         const ReconstructedShape solved = lossless.solve(set.shape(static_cast<int>(shape)));
         for (const Point& point : solved.vertices) {
             for (const double x : point) *out++ = static_cast<float>(x);
@@ -59,7 +60,7 @@ std::vector<std::string> numbered_names(int count) {
 
 Contents complete_features(FeatureSet set, int shape_count, int vertex_count,
                            const std::string& path, const Supplement& supplement) {
-    const auto count = static_cast<std::size_t>(shape_count);
+    const auto count = at(shape_count);
     Contents contents;
     contents.features = std::move(set);
     FeatureSet& features = *contents.features;
@@ -84,15 +85,15 @@ Contents complete_features(FeatureSet set, int shape_count, int vertex_count,
 }
 
 std::vector<Point> FeatureShapes::shape(int index) const {
-    const auto i = static_cast<std::size_t>(index);
-    const auto count = static_cast<std::size_t>(set_.vertex_count());
+    const auto i = at(index);
+    const auto count = at(set_.vertex_count());
     const auto& rotation = set_.rotation[i];
     const auto& translation = set_.translation[i];
-    const float* at = set_.vertices.data() + i * count * 3;
+    const float* place = set_.vertices.data() + i * count * 3;
     std::vector<Point> points(count);
     for (Point& point : points) {
-        Point stored{at[0], at[1], at[2]};
-        at += 3;
+        Point stored{place[0], place[1], place[2]};
+        place += 3;
         if (aligned_) {
             point = stored;
             continue;

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "npy_header.h"
 #include "utf8.h"
 
@@ -100,7 +101,7 @@ std::string_view header_text(std::string_view bytes, const std::string& path,
 template <class T>
 T load(std::span<const std::byte> data, std::int64_t index) {
     T value;
-    std::memcpy(&value, data.data() + static_cast<std::size_t>(index) * sizeof(T), sizeof(T));
+    std::memcpy(&value, data.data() + at(index) * sizeof(T), sizeof(T));
     return value;
 }
 
@@ -123,13 +124,13 @@ void for_each_entry(const NpyArray& array, std::int64_t first, std::int64_t coun
     for (std::size_t axis = 1; axis < rank; ++axis) {
         strides[axis] = strides[axis - 1] * array.shape[axis - 1];
     }
-    std::int64_t at = first;
+    std::int64_t place = first;
     for (std::int64_t left = count * row; left > 0; --left) {
-        use(at);
+        use(place);
         for (std::size_t axis = rank; axis-- > 0;) {
-            at += strides[axis];
+            place += strides[axis];
             if (++index[axis] < array.shape[axis] || axis == 0) break;
-            at -= strides[axis] * array.shape[axis];
+            place -= strides[axis] * array.shape[axis];
             index[axis] = 0;
         }
     }
@@ -165,11 +166,11 @@ std::vector<T> read_reals(const NpyArray& array, std::int64_t first, std::int64_
         values.push_back(kept);
     };
     if (array.count() > 0 && !array.shape.empty()) {
-        values.reserve(static_cast<std::size_t>(array.count() / array.shape[0] * count));
+        values.reserve(at(array.count() / array.shape[0] * count));
     }
-    for_each_entry(array, first, count, [&](std::int64_t at) {
-        append(array.type == NpyType::f32 ? static_cast<double>(load<float>(array.data, at))
-                                          : load<double>(array.data, at));
+    for_each_entry(array, first, count, [&](std::int64_t place) {
+        append(array.type == NpyType::f32 ? static_cast<double>(load<float>(array.data, place))
+                                          : load<double>(array.data, place));
     });
     return values;
 }
@@ -194,10 +195,10 @@ std::vector<int> NpyArray::integers() const {
         throw InputError({path}, "holds no integers, wanted '<i4' or '<i8'");
     }
     std::vector<int> values;
-    values.reserve(static_cast<std::size_t>(count()));
-    for_each_entry(*this, 0, row_count(*this), [&](std::int64_t at) {
-        const std::int64_t value =
-            type == NpyType::i32 ? load<std::int32_t>(data, at) : load<std::int64_t>(data, at);
+    values.reserve(at(count()));
+    for_each_entry(*this, 0, row_count(*this), [&](std::int64_t place) {
+        const std::int64_t value = type == NpyType::i32 ? load<std::int32_t>(data, place)
+                                                        : load<std::int64_t>(data, place);
         if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
             throw InputError({path}, fmt::format("holds {}, wanted an integer of 32 bits", value));
         }
@@ -209,10 +210,9 @@ std::vector<int> NpyArray::integers() const {
 std::vector<std::string> NpyArray::texts() const {
     if (type != NpyType::text) throw InputError({path}, "holds no text, wanted '<U' with a length");
     std::vector<std::string> values;
-    for_each_entry(*this, 0, row_count(*this), [&](std::int64_t at) {
+    for_each_entry(*this, 0, row_count(*this), [&](std::int64_t place) {
         std::u32string characters(item_size / 4, U'\0');
-        std::memcpy(characters.data(), data.data() + static_cast<std::size_t>(at) * item_size,
-                    item_size);
+        std::memcpy(characters.data(), data.data() + at(place) * item_size, item_size);
         while (!characters.empty() && characters.back() == U'\0') characters.pop_back();
         values.push_back(to_utf8(characters));
     });

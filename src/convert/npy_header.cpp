@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -98,7 +99,7 @@ class DictionaryParser {
         const char* const begin = text_.data() + at_;
         const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
         if (error != std::errc{} || value < 0) fail("has no whole number from 0 to 2^63 - 1 here");
-        at_ += static_cast<std::size_t>(end - begin);
+        at_ += at(end - begin);
         return value;
     }
 

@@ -16,6 +16,7 @@
 #include "array_checks.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -58,7 +59,7 @@ Shape require_dataset(const HdfId& dataset, H5T_class_t type_class, const std::s
         throw InputError({place}, "has no shape");
     }
     Shape shape;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(rank); ++i) {
+    for (std::size_t i = 0; i < at(rank); ++i) {
         if (lengths[i] > std::numeric_limits<int>::max()) {
             throw InputError({place},
                              fmt::format("has an axis of {}, wanted at most 2^31 - 1", lengths[i]));
@@ -102,7 +103,7 @@ class SplocsShapes final : public ShapeSource {
     int vertex_count() const override { return vertex_count_; }
 
     std::vector<Point> shape(int index) const override {
-        std::vector<double> numbers(3 * static_cast<std::size_t>(vertex_count_));
+        std::vector<double> numbers(3 * at(vertex_count_));
         {
             const std::lock_guard<std::mutex> one_at_a_time(mutex_);  // HDF5 wants it
             const std::array<hsize_t, 3> begin{static_cast<hsize_t>(index), 0, 0};
@@ -151,7 +152,7 @@ class SplocsShapes final : public ShapeSource {
 
     std::vector<Face> read_faces(const HdfId& dataset, const Shape& shape,
                                  const std::string& tris) const {
-        std::vector<long long> numbers(3 * static_cast<std::size_t>(shape[0]));
+        std::vector<long long> numbers(3 * at(shape[0]));
         if (H5Dread(dataset.id(), H5T_NATIVE_LLONG, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) <
             0) {
             throw InputError({tris}, "cannot be read; the file is damaged");

@@ -7,6 +7,7 @@
 
 #include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "reduced_normal_equations.h"
 
 namespace mscomp {
@@ -30,7 +31,7 @@ template <class T>
 std::vector<T> gathered(std::span<const T> all, std::span<const int> which) {
     std::vector<T> result;
     result.reserve(which.size());
-    for (const int i : which) result.push_back(all[static_cast<std::size_t>(i)]);
+    for (const int i : which) result.push_back(all[at(i)]);
     return result;
 }
 
@@ -39,13 +40,13 @@ std::vector<int> groups_of(const std::vector<int>& component, std::span<const in
     std::vector<char> is_known(component.size(), 0);
     int first = -1;
     for (const int v : vertices) {
-        const int c = component[static_cast<std::size_t>(v)];
-        is_known[static_cast<std::size_t>(c)] = 1;
+        const int c = component[at(v)];
+        is_known[at(c)] = 1;
         if (first < 0 || c < first) first = c;
     }
     std::vector<int> result = component;
     for (int& c : result) {
-        if (is_known[static_cast<std::size_t>(c)] == 0) c = first;
+        if (is_known[at(c)] == 0) c = first;
     }
     return result;
 }
@@ -55,7 +56,7 @@ std::vector<Point> centroids(const std::vector<Point>& points, const std::vector
     std::vector<Point> result;
     std::vector<int> sizes;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto c = static_cast<std::size_t>(group[i]);
+        const auto c = at(group[i]);
         if (c >= result.size()) {
             result.resize(c + 1, Point{});
             sizes.resize(c + 1, 0);
@@ -73,7 +74,7 @@ std::vector<Point> centroids(const std::vector<Point>& points, const std::vector
 void translate(std::vector<Point>& points, const std::vector<int>& group,
                const std::vector<Point>& centers, double sign) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const Point& center = centers[static_cast<std::size_t>(group[i])];
+        const Point& center = centers[at(group[i])];
         for (std::size_t axis = 0; axis < 3; ++axis) points[i][axis] += sign * center[axis];
     }
 }
@@ -148,7 +149,7 @@ class LevenbergMarquardt {
     VectorXd departure(const std::vector<float>& codes) const {
         VectorXd result(stiffness_.size());
         for (Eigen::Index n = 0; n < result.size(); ++n) {
-            const auto k = static_cast<std::size_t>(subset_.codes[static_cast<std::size_t>(n)]);
+            const auto k = at(subset_.codes[at(n)]);
             result[n] = static_cast<double>(codes[k]) - static_cast<double>(start_[k]);
         }
         return result;
@@ -166,7 +167,7 @@ class LevenbergMarquardt {
         for (std::size_t k = 0; k < subset_.codes.size(); ++k) {
             std::vector<Point> column;
             for (const int v : subset_.vertices) {
-                const double* p = &all[k * width + 3 * static_cast<std::size_t>(v)];
+                const double* p = &all[k * width + 3 * at(v)];
                 column.push_back({p[0], p[1], p[2]});
             }
             translate(column, known_group_, centroids(column, known_group_), -1);
@@ -223,8 +224,8 @@ class LevenbergMarquardt {
         Trial trial;
         trial.codes = best_.codes;
         for (Eigen::Index n = 0; n < change.size(); ++n) {
-            const int code = subset_.codes[static_cast<std::size_t>(n)];
-            trial.codes[static_cast<std::size_t>(code)] += static_cast<float>(change[n]);
+            const int code = subset_.codes[at(n)];
+            trial.codes[at(code)] += static_cast<float>(change[n]);
         }
         trial.features = objective_.codes.features(trial.codes);
         if (!all_finite(trial.features)) return false;

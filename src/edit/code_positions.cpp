@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "code_positions.h"
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 
 CodePositions::CodePositions(const nn::CodeDecoder& decoder, const FeatureScaler& scaler,
@@ -31,7 +33,7 @@ std::vector<double> CodePositions::derivatives(std::span<const float> codes,
     std::vector<nn::DecoderColumn> columns = decoder_.derivatives(codes);
     std::vector<FeatureDirection> directions;
     for (const int code : which) {
-        nn::DecoderColumn& column = columns[static_cast<std::size_t>(code)];
+        nn::DecoderColumn& column = columns[at(code)];
         for (std::size_t n = 0; n < column.values.size(); ++n) {
             const double factor = scaler_.factor[n % kFeatureDim];
             const auto value = static_cast<double>(column.values[n]);
@@ -39,7 +41,7 @@ std::vector<double> CodePositions::derivatives(std::span<const float> codes,
         }
         directions.push_back({column.vertices, column.values});
     }
-    std::vector<double> result(which.size() * 3 * static_cast<std::size_t>(vertex_count()));
+    std::vector<double> result(which.size() * 3 * at(vertex_count()));
     if (poisson_) {
         poisson_->derivatives(features, directions, result);
     } else {

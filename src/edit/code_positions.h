@@ -8,7 +8,7 @@
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/edit/vertex_fit.h"
-#include "mscomp/nn/code_decoder.h"
+#include "nn/code_decoder.h"
 
 namespace mscomp {
 

@@ -10,6 +10,7 @@
 
 #include "code_descent.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp {
@@ -51,7 +52,7 @@ Eigen::VectorXd stiffnesses(const std::vector<float>& deviations, int count) {
 /// or listed twice.
 std::vector<int> listed(std::vector<int> list, int count, const char* what) {
     if (list.empty()) {
-        list.resize(static_cast<std::size_t>(count));
+        list.resize(at(count));
         std::iota(list.begin(), list.end(), 0);
         return list;
     }
@@ -89,7 +90,7 @@ struct VertexFit::State {
 VertexFit::VertexFit(const nn::CodeDecoder& decoder, const FeatureScaler& scaler,
                      const TriangleMesh& reference, EdgeWeights weights,
                      const VertexFitOptions& options) {
-    const auto codes = static_cast<std::size_t>(decoder.code_count());
+    const auto codes = at(decoder.code_count());
     if (decoder.vertex_count() != reference.vertex_count()) {
         throw UsageError(fmt::format("a decoder of {} vertices, wanted the {} of the reference",
                                      decoder.vertex_count(), reference.vertex_count()));
@@ -110,9 +111,9 @@ VertexFit::~VertexFit() = default;
 
 FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> start,
                            const FitSubset& subset) const {
-    if (truth.size() != static_cast<std::size_t>(state_->codes().vertex_count())) {
+    if (truth.size() != at(state_->codes().vertex_count())) {
         throw MeshError(fmt::format("a shape of {} vertices to fit, wanted {}", truth.size(),
-                                    static_cast<std::size_t>(state_->codes().vertex_count())));
+                                    at(state_->codes().vertex_count())));
     }
     if (static_cast<int>(start.size()) != state_->codes().code_count()) {
         throw UsageError(fmt::format("{} codes to start from, wanted {}", start.size(),
@@ -121,7 +122,7 @@ FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> 
     const FitSubset all{listed(subset.codes, state_->codes().code_count(), "code"),
                         listed(subset.vertices, state_->codes().vertex_count(), "vertex")};
     for (const int v : all.vertices) {
-        if (vec(truth[static_cast<std::size_t>(v)]).allFinite()) continue;
+        if (vec(truth[at(v)]).allFinite()) continue;
         throw NumericalError(fmt::format("vertex {} of the shape to fit is not finite", v));
     }
     if (!all_finite(start)) throw NumericalError("a code to start from is not finite");
@@ -130,14 +131,14 @@ FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> 
 
 std::vector<FittedShape> VertexFit::fit(std::span<const std::vector<Point>> truths,
                                         std::span<const float> starts) const {
-    const auto count = static_cast<std::size_t>(state_->codes().code_count());
+    const auto count = at(state_->codes().code_count());
     if (starts.size() != truths.size() * count) {
         throw UsageError(fmt::format("{} codes to start from, wanted {} x {}", starts.size(),
                                      truths.size(), count));
     }
     std::vector<FittedShape> result(truths.size());
     parallel_for(static_cast<std::int64_t>(truths.size()), [&](std::int64_t n) {
-        const auto shape = static_cast<std::size_t>(n);
+        const auto shape = at(n);
         result[shape] = fit(truths[shape], starts.subspan(shape * count, count));
     });
     return result;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp {
@@ -21,7 +22,7 @@ void check(std::span<const std::span<const float>> differences, std::span<const 
     for (std::size_t k = 0; k < differences.size(); ++k) {
         const std::size_t size = differences[k].size();
         if (size == 0 || vertices <= 0 || size != differences.front().size() ||
-            size % static_cast<std::size_t>(vertices) != 0) {
+            size % at(vertices) != 0) {
             throw UsageError(fmt::format(
                 "component statistics: component {} has {} values, the first {}, the mesh {} "
                 "vertices; wanted the same multiple of the vertices for all",
@@ -68,7 +69,7 @@ std::vector<double> cosines(std::span<const std::span<const float>> rows) {
     std::vector<double> norms, result(count * count, 1);
     for (const auto& row : rows) norms.push_back(std::sqrt(dot(row, row)));
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
-        const auto k = static_cast<std::size_t>(index);
+        const auto k = at(index);
         for (std::size_t l = 0; l < count; ++l) {
             if (l == k && std::isfinite(norms[k])) continue;
             const double size = norms[k] * norms[l];

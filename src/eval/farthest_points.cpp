@@ -7,12 +7,13 @@
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "point_arithmetic.h"
 
 namespace mscomp {
 
 std::vector<int> farthest_point_samples(const std::vector<Point>& points, int count) {
-    if (count < 0 || static_cast<std::size_t>(count) > points.size()) {
+    if (count < 0 || at(count) > points.size()) {
         throw UsageError(fmt::format("farthest points: {} of {} vertices, wanted 0 to {}", count,
                                      points.size(), points.size()));
     }
@@ -29,8 +30,7 @@ std::vector<int> farthest_point_samples(const std::vector<Point>& points, int co
     }
     std::vector<int> samples;
     while (static_cast<int>(samples.size()) < count) {
-        const auto next =
-            static_cast<std::size_t>(std::ranges::max_element(distance) - distance.begin());
+        const auto next = at(std::ranges::max_element(distance) - distance.begin());
         const bool is_first = samples.empty();
         samples.push_back(static_cast<int>(next));
         for (std::size_t i = 0; i < points.size(); ++i) {

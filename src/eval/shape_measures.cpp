@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -70,13 +72,13 @@ std::vector<int> worst_shapes(std::span<const ShapeErrors> shapes, int count) {
     std::vector<int> order(shapes.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, [&](int a, int b) {
-        const double first = shapes[static_cast<std::size_t>(a)].rms_error;
-        const double second = shapes[static_cast<std::size_t>(b)].rms_error;
+        const double first = shapes[at(a)].rms_error;
+        const double second = shapes[at(b)].rms_error;
         if (std::isnan(first) || std::isnan(second))
             return std::isnan(first) && !std::isnan(second);
         return first > second;
     });
-    order.resize(std::min(order.size(), static_cast<std::size_t>(std::max(count, 0))));
+    order.resize(std::min(order.size(), at(std::max(count, 0))));
     return order;
 }
 

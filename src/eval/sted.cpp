@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/eval/measures.h"
 #include "point_arithmetic.h"
 
@@ -70,8 +71,7 @@ void Sted::add(const std::vector<Point>& truth, const std::vector<Point>& result
     for (std::size_t v = 0; v < truth.size(); ++v) {
         deviation.clear();
         for (int e = rings_.offsets[v]; e < rings_.offsets[v + 1]; ++e) {
-            const auto other =
-                static_cast<std::size_t>(rings_.neighbors[static_cast<std::size_t>(e)]);
+            const auto other = at(rings_.neighbors[at(e)]);
             deviation.add(distance(truth[v], truth[other]), distance(aligned[v], aligned[other]));
         }
         const std::optional<double> value = deviation.value();
@@ -105,7 +105,7 @@ double Sted::change_in(int step) const {
     const int begin = std::max(0, step - options_.window);
     const int end = std::min(step_count_, step + options_.window + 1);
     const auto recent = [this](int index) -> const Step& {
-        return recent_[static_cast<std::size_t>(index - first_recent_)];
+        return recent_[at(index - first_recent_)];
     };
     double sum = 0;
     for (std::size_t v = 0; v < truth_before_.size(); ++v) {

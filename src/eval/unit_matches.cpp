@@ -7,13 +7,14 @@
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
 
 /// Columns with mean 0 and length 1; zero where they are constant or not finite.
 std::vector<std::vector<double>> normalized_columns(std::span<const double> table, int rows) {
-    const auto n = static_cast<std::size_t>(rows);
+    const auto n = at(rows);
     const std::size_t width = table.size() / n;
     std::vector<std::vector<double>> columns(width, std::vector<double>(n));
     for (std::size_t c = 0; c < width; ++c) {
@@ -36,7 +37,7 @@ std::vector<std::vector<double>> normalized_columns(std::span<const double> tabl
 
 void check(std::span<const double> codes, std::span<const double> weights, int shapes) {
     const auto fits = [shapes](std::span<const double> table) {
-        return shapes > 0 && table.size() % static_cast<std::size_t>(shapes) == 0;
+        return shapes > 0 && table.size() % at(shapes) == 0;
     };
     if (!fits(codes) || !fits(weights)) {
         throw UsageError(
@@ -47,9 +48,9 @@ void check(std::span<const double> codes, std::span<const double> weights, int s
 }
 
 std::vector<UnitMatch> best_codes(const UnitMatches& matches) {
-    std::vector<UnitMatch> best(static_cast<std::size_t>(matches.unit_count));
+    std::vector<UnitMatch> best(at(matches.unit_count));
     for (int u = 0; u < matches.unit_count; ++u) {
-        UnitMatch& match = best[static_cast<std::size_t>(u)];
+        UnitMatch& match = best[at(u)];
         for (int k = 0; k < matches.code_count; ++k) {
             if (match.code >= 0 && matches.at(k, u) <= match.correlation) continue;
             match = {k, matches.at(k, u)};
@@ -59,23 +60,23 @@ std::vector<UnitMatch> best_codes(const UnitMatches& matches) {
 }
 
 std::vector<UnitMatch> greedy_pairs(const UnitMatches& matches) {
-    std::vector<UnitMatch> pairs(static_cast<std::size_t>(matches.unit_count));
-    std::vector<bool> is_taken(static_cast<std::size_t>(matches.code_count));
+    std::vector<UnitMatch> pairs(at(matches.unit_count));
+    std::vector<bool> is_taken(at(matches.code_count));
     const int rounds = std::min(matches.code_count, matches.unit_count);
     for (int round = 0; round < rounds; ++round) {
         int unit = -1;
         UnitMatch found;
         for (int u = 0; u < matches.unit_count; ++u) {
-            if (pairs[static_cast<std::size_t>(u)].code >= 0) continue;
+            if (pairs[at(u)].code >= 0) continue;
             for (int k = 0; k < matches.code_count; ++k) {
-                if (is_taken[static_cast<std::size_t>(k)]) continue;
+                if (is_taken[at(k)]) continue;
                 if (unit >= 0 && matches.at(k, u) <= found.correlation) continue;
                 unit = u;
                 found = {k, matches.at(k, u)};
             }
         }
-        pairs[static_cast<std::size_t>(unit)] = found;
-        is_taken[static_cast<std::size_t>(found.code)] = true;
+        pairs[at(unit)] = found;
+        is_taken[at(found.code)] = true;
     }
     return pairs;
 }

@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/vector_widths.h"
 
 // Products and sums stay apart in this file, so that vectors of any width give the same bits.
@@ -16,9 +17,9 @@ template <std::size_t kLanes>
 [[gnu::always_inline]] inline void add_all(std::span<const FlatTriangle> triangles,
                                            const double* heat, double* divergence) {
     for (const FlatTriangle& triangle : triangles) {
-        const std::size_t p = static_cast<std::size_t>(triangle.corners[0]) * kLanes;
-        const std::size_t q = static_cast<std::size_t>(triangle.corners[1]) * kLanes;
-        const std::size_t r = static_cast<std::size_t>(triangle.corners[2]) * kLanes;
+        const std::size_t p = at(triangle.corners[0]) * kLanes;
+        const std::size_t q = at(triangle.corners[1]) * kLanes;
+        const std::size_t r = at(triangle.corners[2]) * kLanes;
         double at_q[kLanes], at_r[kLanes];
 #pragma omp simd
         for (std::size_t lane = 0; lane < kLanes; ++lane) {

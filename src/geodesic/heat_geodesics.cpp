@@ -11,6 +11,7 @@
 #include "heat_divergence.h"
 #include "heat_matrices.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/geodesic/intrinsic_triangles.h"
 #include "mscomp/linear/block_cholesky.h"
@@ -39,9 +40,9 @@ std::vector<double> times(const IntrinsicTriangles& surface, std::span<const Int
 }
 
 std::vector<bool> without_triangle(const IntrinsicTriangles& surface) {
-    std::vector<bool> lonely(static_cast<std::size_t>(surface.vertex_count), true);
+    std::vector<bool> lonely(at(surface.vertex_count), true);
     for (const FlatTriangle& triangle : surface.triangles) {
-        for (const int vertex : triangle.corners) lonely[static_cast<std::size_t>(vertex)] = false;
+        for (const int vertex : triangle.corners) lonely[at(vertex)] = false;
     }
     return lonely;
 }
@@ -89,12 +90,12 @@ struct HeatGeodesics::State {
 template <std::size_t kLanes>
 void HeatGeodesics::State::solve(std::span<const std::vector<int>> source_sets,
                                  std::span<std::vector<double>> rows) const {
-    const auto size = static_cast<std::size_t>(surface.vertex_count);
+    const auto size = at(surface.vertex_count);
     if (size == 0) return;
     std::vector<Lanes<kLanes>> u(size, Lanes<kLanes>{}), phi(size, Lanes<kLanes>{}), work;
     for (std::size_t lane = 0; lane < source_sets.size(); ++lane) {
         for (const int source : source_sets[lane]) {
-            u[static_cast<std::size_t>(source)][lane] = kSourceHeat;
+            u[at(source)][lane] = kSourceHeat;
         }
     }
     heat.solve(u, work);
@@ -110,17 +111,16 @@ void HeatGeodesics::State::solve(std::span<const std::vector<int>> source_sets,
 
 std::vector<double> HeatGeodesics::State::shifted(const double* phi, std::size_t lanes,
                                                   std::span<const int> sources) const {
-    const auto size = static_cast<std::size_t>(surface.vertex_count);
+    const auto size = at(surface.vertex_count);
     std::vector<int> source_of(size + 1, -1);  // by component
     for (const int source : sources) {
-        source_of[static_cast<std::size_t>(surface.component[static_cast<std::size_t>(source)])] =
-            source;
+        source_of[at(surface.component[at(source)])] = source;
     }
     std::vector<double> row(size, kInfinity);
     for (std::size_t i = 0; i < size; ++i) {
-        const int source = source_of[static_cast<std::size_t>(surface.component[i])];
+        const int source = source_of[at(surface.component[i])];
         if (source < 0) continue;
-        const double difference = phi[i * lanes] - phi[static_cast<std::size_t>(source) * lanes];
+        const double difference = phi[i * lanes] - phi[at(source) * lanes];
         row[i] = std::max(difference * surface.mean_edge_length, 0.0);
     }
     return row;
@@ -165,8 +165,8 @@ std::vector<std::vector<double>> HeatGeodesics::distance_rows(
     const Chunks chunks{static_cast<std::int64_t>(source_sets.size()),
                         static_cast<std::int64_t>(kRowsAtOnce)};
     parallel_for(chunks.count(), [&](std::int64_t chunk) {
-        const auto begin = static_cast<std::size_t>(chunks.begin(chunk));
-        const auto count = static_cast<std::size_t>(chunks.end(chunk)) - begin;
+        const auto begin = at(chunks.begin(chunk));
+        const auto count = at(chunks.end(chunk)) - begin;
         const auto sets = source_sets.subspan(begin, count);
         const auto results = std::span(rows).subspan(begin, count);
         if (count == 1) {

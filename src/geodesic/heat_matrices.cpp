@@ -8,6 +8,8 @@
 #include <queue>
 #include <utility>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -26,7 +28,7 @@ SparseMatrix assemble(const std::vector<double>& diagonal, std::span<const Intri
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(edges.size() * 3 + fixed.size());
     const auto add = [&](int i, int j, double value) {
-        if (fixed[static_cast<std::size_t>(i)] || fixed[static_cast<std::size_t>(j)]) return;
+        if (fixed[at(i)] || fixed[at(j)]) return;
         entries.emplace_back(i, j, value);
     };
     for (const IntrinsicEdge& edge : edges) {
@@ -49,16 +51,16 @@ SparseMatrix assemble(const std::vector<double>& diagonal, std::span<const Intri
 /// Neighbours of every vertex and the lengths of the edges to them.
 struct EdgeGraph {
     explicit EdgeGraph(int vertex_count, std::span<const IntrinsicEdge> edges)
-        : offsets(static_cast<std::size_t>(vertex_count) + 1, 0), ends(2 * edges.size()) {
+        : offsets(at(vertex_count) + 1, 0), ends(2 * edges.size()) {
         for (const IntrinsicEdge& edge : edges) {
-            ++offsets[static_cast<std::size_t>(edge.i) + 1];
-            ++offsets[static_cast<std::size_t>(edge.j) + 1];
+            ++offsets[at(edge.i) + 1];
+            ++offsets[at(edge.j) + 1];
         }
         for (std::size_t i = 1; i < offsets.size(); ++i) offsets[i] += offsets[i - 1];
         std::vector<std::size_t> next(offsets.begin(), offsets.end() - 1);
         for (const IntrinsicEdge& edge : edges) {
-            ends[next[static_cast<std::size_t>(edge.i)]++] = {edge.j, edge.length};
-            ends[next[static_cast<std::size_t>(edge.j)]++] = {edge.i, edge.length};
+            ends[next[at(edge.i)]++] = {edge.j, edge.length};
+            ends[next[at(edge.j)]++] = {edge.i, edge.length};
         }
     }
 
@@ -72,17 +74,17 @@ std::vector<double> path_lengths(const EdgeGraph& graph, const std::vector<int>&
     using Front = std::pair<double, int>;
     std::priority_queue<Front, std::vector<Front>, std::greater<>> fronts;
     for (const int source : sources) {
-        lengths[static_cast<std::size_t>(source)] = 0;
+        lengths[at(source)] = 0;
         fronts.emplace(0.0, source);
     }
     while (!fronts.empty()) {
         const auto [length, vertex] = fronts.top();
         fronts.pop();
-        const auto at = static_cast<std::size_t>(vertex);
-        if (length > lengths[at]) continue;
-        for (std::size_t k = graph.offsets[at]; k < graph.offsets[at + 1]; ++k) {
+        const auto place = at(vertex);
+        if (length > lengths[place]) continue;
+        for (std::size_t k = graph.offsets[place]; k < graph.offsets[place + 1]; ++k) {
             const auto [end, step] = graph.ends[k];
-            double& known = lengths[static_cast<std::size_t>(end)];
+            double& known = lengths[at(end)];
             if (length + step >= known) continue;
             known = length + step;
             fronts.emplace(known, end);
@@ -96,10 +98,10 @@ std::vector<int> farthest_in_each(const std::vector<double>& lengths,
                                   const std::vector<int>& component) {
     std::vector<int> farthest;
     for (std::size_t i = 0; i < lengths.size(); ++i) {
-        const auto c = static_cast<std::size_t>(component[i]);
+        const auto c = at(component[i]);
         if (c == farthest.size()) {
             farthest.push_back(static_cast<int>(i));
-        } else if (lengths[i] > lengths[static_cast<std::size_t>(farthest[c])]) {
+        } else if (lengths[i] > lengths[at(farthest[c])]) {
             farthest[c] = static_cast<int>(i);
         }
     }
@@ -147,7 +149,7 @@ std::vector<double> component_extents(const IntrinsicTriangles& surface,
     const std::vector<double> lengths = path_lengths(graph, rim);
     std::vector<double> extents;
     for (const int vertex : farthest_in_each(lengths, surface.component)) {
-        extents.push_back(lengths[static_cast<std::size_t>(vertex)]);
+        extents.push_back(lengths[at(vertex)]);
     }
     return extents;
 }
@@ -155,8 +157,7 @@ std::vector<double> component_extents(const IntrinsicTriangles& surface,
 SparseMatrix heat_matrix(const IntrinsicTriangles& surface, std::span<const IntrinsicEdge> edges,
                          std::span<const double> time, const std::vector<bool>& lonely) {
     const auto weight_of = [&](const IntrinsicEdge& edge) {
-        const auto component =
-            static_cast<std::size_t>(surface.component[static_cast<std::size_t>(edge.i)]);
+        const auto component = at(surface.component[at(edge.i)]);
         return time[component] * std::max(edge.weight, kSmallestHeatWeight);
     };
     return assemble(lumped_mass(surface), edges, weight_of, lonely);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -23,15 +25,9 @@ class Flipper {
     long run();
 
   private:
-    int& corner(int side) {
-        return triangles_[static_cast<std::size_t>(side / 3)]
-            .corners[static_cast<std::size_t>(side % 3)];
-    }
-    double& length(int side) {
-        return triangles_[static_cast<std::size_t>(side / 3)]
-            .lengths[static_cast<std::size_t>(side % 3)];
-    }
-    int& twin(int side) { return twins_[static_cast<std::size_t>(side)]; }
+    int& corner(int side) { return triangles_[at(side / 3)].corners[at(side % 3)]; }
+    double& length(int side) { return triangles_[at(side / 3)].lengths[at(side % 3)]; }
+    int& twin(int side) { return twins_[at(side)]; }
 
     double opposite_cotangent(int side);
     bool is_delaunay(int side);
@@ -73,7 +69,7 @@ Flipper::Flipper(std::vector<EdgeLengths>& triangles)
 }
 
 double Flipper::opposite_cotangent(int side) {
-    const auto& lengths = triangles_[static_cast<std::size_t>(side / 3)].lengths;
+    const auto& lengths = triangles_[at(side / 3)].lengths;
     const double base = length(side), right = length(next(side)), left = length(previous(side));
     return (right * right + left * left - base * base) / (4 * area_of(lengths));
 }
@@ -86,7 +82,7 @@ bool Flipper::is_delaunay(int side) {
 
 void Flipper::push(int side) {
     if (twin(side) < 0) return;
-    const auto lower = static_cast<std::size_t>(std::min(side, twin(side)));
+    const auto lower = at(std::min(side, twin(side)));
     if (stacked_[lower]) return;
     stacked_[lower] = true;
     stack_.push_back(static_cast<int>(lower));
@@ -108,8 +104,8 @@ void Flipper::flip(int side) {
     };
     const double cx = foot(length(before[1]), length(before[3]));
     const double dx = foot(length(before[0]), length(before[2]));
-    const double cy = 2 * area_of(triangles_[static_cast<std::size_t>(t / 3)].lengths) / ab;
-    const double dy = 2 * area_of(triangles_[static_cast<std::size_t>(s / 3)].lengths) / ab;
+    const double cy = 2 * area_of(triangles_[at(t / 3)].lengths) / ab;
+    const double dy = 2 * area_of(triangles_[at(s / 3)].lengths) / ab;
     const double cd = std::hypot(cx - dx, cy + dy);
 
     std::array<double, 4> lengths{};
@@ -120,11 +116,11 @@ void Flipper::flip(int side) {
         // An outer side may be glued to another outer side of the same two triangles.
         const auto inside = std::find(before.begin(), before.end(), twins[k]);
         if (inside != before.end()) {
-            twins[k] = after[static_cast<std::size_t>(inside - before.begin())];
+            twins[k] = after[at(inside - before.begin())];
         }
     }
-    triangles_[static_cast<std::size_t>(t / 3)] = {{a, d, c}, {lengths[0], cd, lengths[1]}};
-    triangles_[static_cast<std::size_t>(s / 3)] = {{d, b, c}, {lengths[2], lengths[3], cd}};
+    triangles_[at(t / 3)] = {{a, d, c}, {lengths[0], cd, lengths[1]}};
+    triangles_[at(s / 3)] = {{d, b, c}, {lengths[2], lengths[3], cd}};
     for (std::size_t k = 0; k < 4; ++k) {
         twin(after[k]) = twins[k];
         if (twins[k] >= 0) twin(twins[k]) = after[k];
@@ -141,7 +137,7 @@ long Flipper::run() {
     while (!stack_.empty() && flips < limit) {
         const int side = stack_.back();
         stack_.pop_back();
-        stacked_[static_cast<std::size_t>(side)] = false;
+        stacked_[at(side)] = false;
         if (is_delaunay(side)) continue;
         flip(side);
         ++flips;

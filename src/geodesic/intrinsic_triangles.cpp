@@ -8,6 +8,7 @@
 
 #include "intrinsic_delaunay.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -15,9 +16,7 @@ namespace {
 /// How far, in mean edge lengths, two edges of a triangle together have to exceed the third.
 constexpr double kMargin = 1e-5;
 
-const Point& at(const TriangleMesh& mesh, int vertex) {
-    return mesh.vertices[static_cast<std::size_t>(vertex)];
-}
+const Point& corner_of(const TriangleMesh& mesh, int vertex) { return mesh.vertices[at(vertex)]; }
 
 double distance(const Point& p, const Point& q) {
     return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
@@ -25,7 +24,7 @@ double distance(const Point& p, const Point& q) {
 
 void check_mesh(const TriangleMesh& mesh) {
     for (int i = 0; i < mesh.vertex_count(); ++i) {
-        const Point& p = at(mesh, i);
+        const Point& p = corner_of(mesh, i);
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
             throw MeshError(
                 fmt::format("geodesics: vertex {} is ({}, {}, {}), wanted finite numbers", i, p[0],
@@ -56,11 +55,11 @@ double mean_edge_length(const TriangleMesh& mesh, const OneRings& rings) {
     double sum = 0;
     std::size_t count = 0;
     for (int i = 0; i < rings.vertex_count(); ++i) {
-        const auto row = static_cast<std::size_t>(i);
+        const auto row = at(i);
         for (int k = rings.offsets[row]; k < rings.offsets[row + 1]; ++k) {
-            const int j = rings.neighbors[static_cast<std::size_t>(k)];
+            const int j = rings.neighbors[at(k)];
             if (j < i) continue;
-            sum += distance(at(mesh, i), at(mesh, j));
+            sum += distance(corner_of(mesh, i), corner_of(mesh, j));
             ++count;
         }
     }
@@ -68,8 +67,8 @@ double mean_edge_length(const TriangleMesh& mesh, const OneRings& rings) {
 }
 
 EdgeLengths longest_edge_first(const EdgeLengths& face) {
-    const auto longest = static_cast<std::size_t>(
-        std::max_element(face.lengths.begin(), face.lengths.end()) - face.lengths.begin());
+    const auto longest =
+        at(std::max_element(face.lengths.begin(), face.lengths.end()) - face.lengths.begin());
     EdgeLengths turned;
     for (std::size_t k = 0; k < 3; ++k) {
         turned.corners[k] = face.corners[(k + longest) % 3];
@@ -119,7 +118,8 @@ IntrinsicTriangles intrinsic_triangles(const TriangleMesh& mesh) {
         one.corners = face;
         for (std::size_t k = 0; k < 3; ++k) {
             one.lengths[k] =
-                distance(at(mesh, face[k]), at(mesh, face[(k + 1) % 3])) / surface.mean_edge_length;
+                distance(corner_of(mesh, face[k]), corner_of(mesh, face[(k + 1) % 3])) /
+                surface.mean_edge_length;
         }
     }
     surface.added_length = mollification(edges);
@@ -133,12 +133,12 @@ IntrinsicTriangles intrinsic_triangles(const TriangleMesh& mesh) {
 }
 
 std::vector<double> apply_laplacian(const IntrinsicTriangles& surface, std::span<const double> x) {
-    std::vector<double> result(static_cast<std::size_t>(surface.vertex_count), 0.0);
+    std::vector<double> result(at(surface.vertex_count), 0.0);
     for (const FlatTriangle& triangle : surface.triangles) {
         const std::array<double, 3> cotangents = triangle.cotangents();
         for (std::size_t k = 0; k < 3; ++k) {
-            const auto i = static_cast<std::size_t>(triangle.corners[(k + 1) % 3]);
-            const auto j = static_cast<std::size_t>(triangle.corners[(k + 2) % 3]);
+            const auto i = at(triangle.corners[(k + 1) % 3]);
+            const auto j = at(triangle.corners[(k + 2) % 3]);
             const double flow = 0.5 * cotangents[k] * (x[i] - x[j]);
             result[i] += flow;
             result[j] -= flow;
@@ -148,10 +148,10 @@ std::vector<double> apply_laplacian(const IntrinsicTriangles& surface, std::span
 }
 
 std::vector<double> lumped_mass(const IntrinsicTriangles& surface) {
-    std::vector<double> mass(static_cast<std::size_t>(surface.vertex_count), 0.0);
+    std::vector<double> mass(at(surface.vertex_count), 0.0);
     for (const FlatTriangle& triangle : surface.triangles) {
         for (const int vertex : triangle.corners) {
-            mass[static_cast<std::size_t>(vertex)] += triangle.area() / 3;
+            mass[at(vertex)] += triangle.area() / 3;
         }
     }
     return mass;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/geodesic/heat_geodesics.h"
 
 namespace mscomp {
@@ -33,7 +34,7 @@ SourceSets all_vertices(std::span<const int> components) {
     SourceSets sets;
     std::vector<std::size_t> seen(components.size(), 0);
     for (std::size_t i = 0; i < components.size(); ++i) {
-        const std::size_t round = seen[static_cast<std::size_t>(components[i])]++;
+        const std::size_t round = seen[at(components[i])]++;
         if (round == sets.size()) sets.emplace_back();
         sets[round].push_back(static_cast<int>(i));
     }
@@ -56,10 +57,10 @@ double exact_largest(const HeatGeodesics& geodesics) {
 std::vector<int> farthest_in_each(const Row& row, std::span<const int> components) {
     std::vector<int> farthest;
     for (std::size_t i = 0; i < row.size(); ++i) {
-        const auto component = static_cast<std::size_t>(components[i]);
+        const auto component = at(components[i]);
         if (component == farthest.size()) {
             farthest.push_back(static_cast<int>(i));
-        } else if (row[i] > row[static_cast<std::size_t>(farthest[component])]) {
+        } else if (row[i] > row[at(farthest[component])]) {
             farthest[component] = static_cast<int>(i);
         }
     }

@@ -2,6 +2,7 @@
 #include "mscomp/linear/block_cholesky.h"
 
 #include "factor.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 
@@ -36,11 +37,11 @@ void BlockCholesky::solve(std::vector<Lanes<kLanes>>& x, std::vector<Lanes<kLane
     if (position.empty()) return;
     work.resize(position.size());
     for (std::size_t i = 0; i < position.size(); ++i) {
-        work[static_cast<std::size_t>(position[i])] = x[i];
+        work[at(position[i])] = x[i];
     }
     factor_->substitute(work.front().data(), kLanes);
     for (std::size_t i = 0; i < position.size(); ++i) {
-        x[i] = work[static_cast<std::size_t>(position[i])];
+        x[i] = work[at(position[i])];
     }
 }
 

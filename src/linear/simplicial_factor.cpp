@@ -6,6 +6,7 @@
 
 #include "factor.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 
@@ -13,7 +14,7 @@ BlockCholesky::Simplicial::Simplicial(const Eigen::SparseMatrix<double>& A,
                                       const std::string& name) {
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>>
         factor(A);
-    const auto size = static_cast<std::size_t>(A.rows());
+    const auto size = at(A.rows());
     if (factor.info() != Eigen::Success) {
         throw NumericalError(fmt::format("{} ({} rows) cannot be factorised", name, size));
     }
@@ -22,8 +23,8 @@ BlockCholesky::Simplicial::Simplicial(const Eigen::SparseMatrix<double>& A,
     column_begin_.reserve(size + 1);
     column_begin_.assign(1, 0);
     inverse_of_diagonal_.reserve(size);
-    row_.reserve(static_cast<std::size_t>(L.nonZeros()));
-    value_.reserve(static_cast<std::size_t>(L.nonZeros()));
+    row_.reserve(at(L.nonZeros()));
+    value_.reserve(at(L.nonZeros()));
     for (std::size_t j = 0; j < size; ++j) {
         const auto column = static_cast<Eigen::Index>(j);
         const double pivot = diagonal[column];

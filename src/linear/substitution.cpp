@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "substitution.h"
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/vector_widths.h"
 
 // Products and sums stay apart in this file, and every sum has one order, so that a lane gets the
@@ -30,12 +31,8 @@ template <std::size_t kLanes>
 struct Vector {
     using Type = typename LaneVector<kLanes>::Type;
 
-    MSCOMP_INLINE static const double* at(const double* x, int i) {
-        return x + static_cast<std::size_t>(i) * kLanes;
-    }
-    MSCOMP_INLINE static double* at(double* x, int i) {
-        return x + static_cast<std::size_t>(i) * kLanes;
-    }
+    MSCOMP_INLINE static const double* of(const double* x, int i) { return x + at(i) * kLanes; }
+    MSCOMP_INLINE static double* of(double* x, int i) { return x + at(i) * kLanes; }
     /// x[i] -= value * y
     MSCOMP_INLINE static void subtract(double* x, double value, const Type& y) {
         Type sum;
@@ -52,14 +49,14 @@ MSCOMP_INLINE void substitute_columns(const SimplicialColumns& factor, double* x
     for (std::size_t j = 0; j < factor.size; ++j) {
         __builtin_memcpy(&solved, x + j * kLanes, sizeof solved);
         for (int k = factor.column_begin[j]; k < factor.column_begin[j + 1]; ++k) {
-            Lane::subtract(Lane::at(x, factor.row[k]), factor.value[k], solved);
+            Lane::subtract(Lane::of(x, factor.row[k]), factor.value[k], solved);
         }
     }
     for (std::size_t j = factor.size; j-- > 0;) {
         __builtin_memcpy(&solved, x + j * kLanes, sizeof solved);
         solved *= factor.inverse_of_diagonal[j];
         for (int k = factor.column_begin[j]; k < factor.column_begin[j + 1]; ++k) {
-            __builtin_memcpy(&other, Lane::at(x, factor.row[k]), sizeof other);
+            __builtin_memcpy(&other, Lane::of(x, factor.row[k]), sizeof other);
             solved -= factor.value[k] * other;
         }
         __builtin_memcpy(x + j * kLanes, &solved, sizeof solved);
@@ -77,18 +74,16 @@ MSCOMP_INLINE void subtract_from_rows(const double* value, int width, const int*
     using Lane = Vector<kLanes>;
     typename Lane::Type sum[kRows], solved;
     for (int r = 0; r < kRows; ++r) {
-        __builtin_memcpy(&sum[r], Lane::at(x, row[r]), sizeof solved);
+        __builtin_memcpy(&sum[r], Lane::of(x, row[r]), sizeof solved);
     }
     for (int k = 0; k < width; ++k) {
-        __builtin_memcpy(&solved, Lane::at(y, k), sizeof solved);
+        __builtin_memcpy(&solved, Lane::of(y, k), sizeof solved);
         for (int r = 0; r < kRows; ++r) {
-            sum[r] -= value[static_cast<std::size_t>(r) * static_cast<std::size_t>(width) +
-                            static_cast<std::size_t>(k)] *
-                      solved;
+            sum[r] -= value[at(r) * at(width) + at(k)] * solved;
         }
     }
     for (int r = 0; r < kRows; ++r) {
-        __builtin_memcpy(Lane::at(x, row[r]), &sum[r], sizeof solved);
+        __builtin_memcpy(Lane::of(x, row[r]), &sum[r], sizeof solved);
     }
 }
 
@@ -99,16 +94,14 @@ MSCOMP_INLINE void subtract_from_columns(const double* __restrict value, int wid
     using Lane = Vector<kLanes>;
     typename Lane::Type solved[kRows], sum;
     for (int r = 0; r < kRows; ++r) {
-        __builtin_memcpy(&solved[r], Lane::at(x, row[r]), sizeof sum);
+        __builtin_memcpy(&solved[r], Lane::of(x, row[r]), sizeof sum);
     }
     for (int k = 0; k < width; ++k) {
-        __builtin_memcpy(&sum, Lane::at(y, k), sizeof sum);
+        __builtin_memcpy(&sum, Lane::of(y, k), sizeof sum);
         for (int r = 0; r < kRows; ++r) {
-            sum -= value[static_cast<std::size_t>(r) * static_cast<std::size_t>(width) +
-                         static_cast<std::size_t>(k)] *
-                   solved[r];
+            sum -= value[at(r) * at(width) + at(k)] * solved[r];
         }
-        __builtin_memcpy(Lane::at(y, k), &sum, sizeof sum);
+        __builtin_memcpy(Lane::of(y, k), &sum, sizeof sum);
     }
 }
 
@@ -119,13 +112,13 @@ MSCOMP_INLINE void solve_diagonal(const double* value, int width, const double* 
     using Lane = Vector<kLanes>;
     typename Lane::Type sum, solved;
     for (int j = 0; j < width; ++j, value += width) {
-        __builtin_memcpy(&sum, Lane::at(y, j), sizeof sum);
+        __builtin_memcpy(&sum, Lane::of(y, j), sizeof sum);
         for (int k = 0; k < j; ++k) {
-            __builtin_memcpy(&solved, Lane::at(y, k), sizeof solved);
+            __builtin_memcpy(&solved, Lane::of(y, k), sizeof solved);
             sum -= value[k] * solved;
         }
         sum *= inverse[j];
-        __builtin_memcpy(Lane::at(y, j), &sum, sizeof sum);
+        __builtin_memcpy(Lane::of(y, j), &sum, sizeof sum);
     }
 }
 
@@ -136,11 +129,11 @@ MSCOMP_INLINE void solve_transposed_diagonal(const double* value, int width, con
     using Lane = Vector<kLanes>;
     typename Lane::Type solved;
     for (int j = width; j-- > 0;) {
-        __builtin_memcpy(&solved, Lane::at(y, j), sizeof solved);
+        __builtin_memcpy(&solved, Lane::of(y, j), sizeof solved);
         solved *= inverse[j];
-        __builtin_memcpy(Lane::at(y, j), &solved, sizeof solved);
-        const double* row = value + static_cast<std::size_t>(j) * static_cast<std::size_t>(width);
-        for (int k = 0; k < j; ++k) Lane::subtract(Lane::at(y, k), row[k], solved);
+        __builtin_memcpy(Lane::of(y, j), &solved, sizeof solved);
+        const double* row = value + at(j) * at(width);
+        for (int k = 0; k < j; ++k) Lane::subtract(Lane::of(y, k), row[k], solved);
     }
 }
 
@@ -149,37 +142,33 @@ MSCOMP_INLINE void substitute_blocks(const SupernodalRows& factor, double* x) {
     constexpr int kAtOnce = kRowsAtOnce<kLanes>;
     for (std::size_t s = 0; s < factor.count; ++s) {
         const int first = factor.first_column[s], width = factor.first_column[s + 1] - first;
-        double* y = Vector<kLanes>::at(x, first);
+        double* y = Vector<kLanes>::of(x, first);
         const double* value = factor.value + factor.value_begin[s];
         solve_diagonal<kLanes>(value, width, factor.inverse_of_diagonal + first, y);
         const int* row = factor.row + factor.row_begin[s];
         const int rows = factor.row_begin[s + 1] - factor.row_begin[s];
-        const auto stride = static_cast<std::size_t>(width);
+        const auto stride = at(width);
         int r = width;
         for (; r + kAtOnce <= rows; r += kAtOnce) {
-            subtract_from_rows<kLanes, kAtOnce>(value + static_cast<std::size_t>(r) * stride, width,
-                                                row + r, y, x);
+            subtract_from_rows<kLanes, kAtOnce>(value + at(r) * stride, width, row + r, y, x);
         }
         for (; r < rows; ++r) {
-            subtract_from_rows<kLanes, 1>(value + static_cast<std::size_t>(r) * stride, width,
-                                          row + r, y, x);
+            subtract_from_rows<kLanes, 1>(value + at(r) * stride, width, row + r, y, x);
         }
     }
     for (std::size_t s = factor.count; s-- > 0;) {
         const int first = factor.first_column[s], width = factor.first_column[s + 1] - first;
-        double* y = Vector<kLanes>::at(x, first);
+        double* y = Vector<kLanes>::of(x, first);
         const double* value = factor.value + factor.value_begin[s];
         const int* row = factor.row + factor.row_begin[s];
         const int rows = factor.row_begin[s + 1] - factor.row_begin[s];
-        const auto stride = static_cast<std::size_t>(width);
+        const auto stride = at(width);
         int r = width;
         for (; r + kAtOnce <= rows; r += kAtOnce) {
-            subtract_from_columns<kLanes, kAtOnce>(value + static_cast<std::size_t>(r) * stride,
-                                                   width, row + r, x, y);
+            subtract_from_columns<kLanes, kAtOnce>(value + at(r) * stride, width, row + r, x, y);
         }
         for (; r < rows; ++r) {
-            subtract_from_columns<kLanes, 1>(value + static_cast<std::size_t>(r) * stride, width,
-                                             row + r, x, y);
+            subtract_from_columns<kLanes, 1>(value + at(r) * stride, width, row + r, x, y);
         }
         solve_transposed_diagonal<kLanes>(value, width, factor.inverse_of_diagonal + first, y);
     }

@@ -7,6 +7,7 @@
 
 #include "factor.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/linear/blas_threads.h"
 
 namespace mscomp {
@@ -37,8 +38,8 @@ class Workspace {
 /// The lower triangle of A where it lies; CHOLMOD only reads it.
 cholmod_sparse view_of(const Eigen::SparseMatrix<double>& A) {
     cholmod_sparse view{};
-    view.nrow = view.ncol = static_cast<std::size_t>(A.rows());
-    view.nzmax = static_cast<std::size_t>(A.nonZeros());
+    view.nrow = view.ncol = at(A.rows());
+    view.nzmax = at(A.nonZeros());
     view.p = const_cast<int*>(A.outerIndexPtr());
     view.i = const_cast<int*>(A.innerIndexPtr());
     view.x = const_cast<double*>(A.valuePtr());
@@ -95,7 +96,7 @@ BlockCholesky::Supernodal::Supernodal(const Eigen::SparseMatrix<double>& A, cons
     const int* order = static_cast<const int*>(factor_->Perm);
     position_.resize(factor_->n);
     for (std::size_t j = 0; j < position_.size(); ++j) {
-        position_[static_cast<std::size_t>(order[j])] = static_cast<int>(j);
+        position_[at(order[j])] = static_cast<int>(j);
     }
     turn_to_rows(name);
 }
@@ -107,9 +108,9 @@ void BlockCholesky::Supernodal::turn_to_rows(const std::string& name) {
     inverse_of_diagonal_.resize(position_.size());
     std::vector<double> by_rows;
     for (std::size_t s = 0; s < blocks.count; ++s) {
-        const auto first = static_cast<std::size_t>(blocks.first_column[s]);
-        const std::size_t width = static_cast<std::size_t>(blocks.first_column[s + 1]) - first;
-        const auto height = static_cast<std::size_t>(blocks.row_begin[s + 1] - blocks.row_begin[s]);
+        const auto first = at(blocks.first_column[s]);
+        const std::size_t width = at(blocks.first_column[s + 1]) - first;
+        const auto height = at(blocks.row_begin[s + 1] - blocks.row_begin[s]);
         double* block = values + blocks.value_begin[s];
         by_rows.resize(width * height);
         for (std::size_t k = 0; k < width; ++k) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/active_vertices.h"
+#include "nn/active_vertices.h"
 
 #include <algorithm>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
 namespace {
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 std::span<const int> ring(const OneRings& rings, int vertex) {
     const auto first = at(rings.offsets[at(vertex)]), last = at(rings.offsets[at(vertex) + 1]);
@@ -59,8 +58,7 @@ LevelSupports::LevelSupports(const OneRings& rings, int autoencoders)
 void LevelSupports::set(std::span<const std::uint8_t> acts) {
     const std::size_t vertices = at(rings_.vertex_count());
     parallel_for(count(), [&](std::int64_t a) {
-        active_[static_cast<std::size_t>(a)] = ActiveVertices::around(
-            rings_, acts.subspan(static_cast<std::size_t>(a) * vertices, vertices));
+        active_[at(a)] = ActiveVertices::around(rings_, acts.subspan(at(a) * vertices, vertices));
     });
     ++revision_;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/aligned.h"
+#include "nn/aligned.h"
 
 #include <cstdint>
 

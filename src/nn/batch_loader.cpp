@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/batch_loader.h"
+#include "nn/batch_loader.h"
 
 #include <algorithm>
 #include <utility>
+
+#include "mscomp/base/index.h"
 
 namespace mscomp::nn {
 
@@ -51,8 +53,7 @@ void BatchLoader::work() {
         lock.unlock();
         std::exception_ptr failure;
         try {
-            batch_.rows.resize(static_cast<std::size_t>(lanes_) * kFeatureDim *
-                               order_.to_user.size());
+            batch_.rows.resize(at(lanes_) * kFeatureDim * order_.to_user.size());
             gather_lanes(features_, batch_.shapes, order_, std::span<float>(batch_.rows),
                          GatherThreads::one);
         } catch (...) {

@@ -9,10 +9,10 @@
 #include <numeric>
 #include <utility>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp::nn {
 namespace {
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 double row_norm(std::span<const float> rows, std::int64_t vertex) {
     double sum = 0;

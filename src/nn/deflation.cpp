@@ -5,14 +5,13 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
 constexpr std::size_t kMostShapes = 256;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// Where a component can start: vertices and what lies within their reach.
 struct Candidate {
@@ -61,7 +60,7 @@ FoundComponent next_component(const DeflationResidual& residual, DistanceRows& d
 }  // namespace
 
 StartShapes::StartShapes(const ScaledFeatures& all, std::span<const int> which, int most)
-    : features(all), batch(static_cast<std::size_t>(most)) {
+    : features(all), batch(at(most)) {
     const std::size_t wanted = std::min(which.size(), kMostShapes);
     for (std::size_t i = 0; i < wanted; ++i) shapes.push_back(which[i * which.size() / wanted]);
 }

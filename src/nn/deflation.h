@@ -8,7 +8,7 @@
 
 #include "deflation_residual.h"
 #include "mscomp/base/distance_rows.h"
-#include "mscomp/nn/lane_batch.h"
+#include "nn/lane_batch.h"
 
 namespace mscomp::nn {
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
@@ -16,8 +17,6 @@ namespace {
 constexpr std::int64_t kDim = kFeatureDim;
 constexpr int kPowerIterations = 12;
 constexpr double kSilent = 1e-5;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 double square(double x) { return x * x; }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/aligned.h"
+#include "nn/aligned.h"
 
 namespace mscomp::nn {
 

@@ -7,8 +7,8 @@
 #include <array>
 
 #include "mscomp/base/error.h"
-#include "mscomp/nn/spectral_vae.h"
-#include "mscomp/nn/stacked_model.h"
+#include "nn/spectral_vae.h"
+#include "nn/stacked_model.h"
 
 namespace mscomp::nn {
 namespace {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/lane_batch.h"
+#include "nn/lane_batch.h"
 
 #include <algorithm>
 #include <cassert>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
@@ -14,8 +15,6 @@ constexpr int kLanes = 16;              // shapes read side by side
 constexpr std::int64_t kVertices = 32;  // of a tile, which stays in the first cache
 constexpr std::int64_t kColumns = kVertices * kDim;
 constexpr std::int64_t kChunk = 64 * kVertices;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 template <class T>
 struct FourOf {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/mixed_features.h"
+#include "nn/mixed_features.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "deflation.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
 
 namespace mscomp::nn {
@@ -14,8 +15,6 @@ constexpr int kFewestPatches = 4, kMostPatches = 40;
 constexpr float kBlend = 0.05F;
 /// Streams of random numbers for mixing, away from those of start, batches and noise.
 constexpr std::uint64_t kMixStreams = std::uint64_t{1} << 61;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 }  // namespace
 

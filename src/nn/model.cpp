@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/model.h"
+#include "nn/model.h"
 
 #include <algorithm>
 #include <cassert>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 }  // namespace
 

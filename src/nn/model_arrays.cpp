@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
@@ -30,7 +31,7 @@ template <class Body>
 void for_vertices(const Chunks& chunks, const VertexOrder& order, const Body& body) {
     parallel_for(chunks.count(), [&](std::int64_t chunk) {
         for (std::int64_t user = chunks.begin(chunk); user < chunks.end(chunk); ++user) {
-            body(chunk, order.to_internal[static_cast<std::size_t>(user)], user);
+            body(chunk, order.to_internal[at(user)], user);
         }
     });
 }
@@ -49,7 +50,7 @@ void ModelArrays::add_inner(const std::string& name, const Extents& extents,
     if (rows.count == 0) return add(name, extents, inner);
     tensors_.push_back({name, DataType::f32, extents});
     writes_.push_back([=, &order](SafetensorsPieceWriter& to) {
-        std::vector<float> row(static_cast<std::size_t>(rows.size));
+        std::vector<float> row(at(rows.size));
         for (std::int64_t k = 0; k < rows.count; ++k) {
             const float* from = inner.data() + k * rows.size;
             for_vertices(
@@ -80,19 +81,19 @@ bool read_inner(const SafetensorsFile& file, const std::string& name, const Exte
         return is_finite(all);
     }
     const Chunks chunks = chunks_of(order);
-    std::vector<char> sound(static_cast<std::size_t>(chunks.count()), 1);
+    std::vector<char> sound(at(chunks.count()), 1);
     for (std::int64_t k = 0; k < rows.count; ++k) {
         const float* from = all.data() + k * rows.size;
         float* to = inner.data() + k * rows.size;
         for_vertices(chunks, order, [&](std::int64_t chunk, std::int64_t v, std::int64_t u) {
-            const auto width = static_cast<std::size_t>(rows.width);
+            const auto width = at(rows.width);
             const std::span<const float> source(from + u * rows.width, width);
-            if (!is_finite(source)) sound[static_cast<std::size_t>(chunk)] = 0;
+            if (!is_finite(source)) sound[at(chunk)] = 0;
             const std::span<float> target(to + v * rows.width, width);
             if (!std::ranges::equal(source, target, same_bits))
                 std::ranges::copy(source, target.begin());
         });
-        file.forget(std::as_bytes(std::span(from, static_cast<std::size_t>(rows.size))));
+        file.forget(std::as_bytes(std::span(from, at(rows.size))));
     }
     return std::ranges::all_of(sound, [](char s) { return s != 0; });
 }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "mscomp/base/safetensors_pieces.h"
-#include "mscomp/nn/parameter_set.h"
-#include "mscomp/nn/vertex_order.h"
+#include "nn/parameter_set.h"
+#include "nn/vertex_order.h"
 
 namespace mscomp::nn {
 

@@ -10,6 +10,7 @@
 
 #include "model_arrays.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/safetensors.h"
 
 namespace mscomp::nn {
@@ -213,7 +214,7 @@ void ModelFile::load_centers(Model<float>& model) const {
     const std::vector<LevelSize> levels = model.level_sizes();
     const auto shapes = static_cast<std::int64_t>(context().train_shapes.size());
     for (int l = 0; l < static_cast<int>(levels.size()); ++l) {
-        const std::int64_t rows = levels[static_cast<std::size_t>(l)].codes();
+        const std::int64_t rows = levels[at(l)].codes();
         content_->file.data<float>(fmt::format("codes/level{}", l), {shapes, rows});
         const auto centers = content_->file.data<int>(fmt::format("centers/level{}", l), {rows});
         for (const int center : centers) {

@@ -1,29 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/optimizer.h"
+#include "nn/optimizer.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "kernels/kernels.h"
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kEpsilon = 1e-8;
-
-/// Shrinks the nine entries of one vertex, |c| = length; `threshold` = rate w Lambda / K.
-template <class T>
-void shrink(T* c, double length, const T* moment2, double correction, double threshold) {
-    double v = 0;
-    for (int i = 0; i < kFeatureDim; ++i) v += static_cast<double>(moment2[i]);
-    const double root = std::sqrt(v / (kFeatureDim * correction));
-    // No slope was ever seen here (root = 0): nothing holds the entry against the penalty.
-    const double scaled = root * length;
-    const T keep = scaled > threshold ? static_cast<T>(1 - threshold / scaled) : T{0};
-    for (int i = 0; i < kFeatureDim; ++i) c[i] *= keep;
-}
 
 }  // namespace
 
@@ -40,14 +29,14 @@ double learning_rate_at(const TrainConfig& config, std::int64_t step) {
 template <class T>
 int first_non_finite_grad(const ParameterSet<T>& parameters) {
     // 0 x stays 0 for every number and becomes NaN for all that is none.
-    std::vector<T> zeros(static_cast<std::size_t>(parameters.live_piece_count()));
+    std::vector<T> zeros(at(parameters.live_piece_count()));
     parallel_for(parameters.live_piece_count(), [&](std::int64_t piece) {
         T zero = 0;
         for (const auto& range : parameters.live_piece(static_cast<int>(piece))) {
             zero += kernels<T>().zero_sum(parameters.all_grads().data() + range.first,
                                           range.last - range.first);
         }
-        zeros[static_cast<std::size_t>(piece)] = zero;
+        zeros[at(piece)] = zero;
     });
     if (std::ranges::all_of(zeros, [](T zero) { return zero == 0; })) return -1;
     for (int i = 0; i < parameters.count(); ++i) {
@@ -76,35 +65,9 @@ void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step) {
     });
 }
 
-template <class T>
-void proximal_step(StackedModel<T>& model, double sparsity_weight, double rate, std::int64_t step) {
-    if (!(sparsity_weight > 0)) return;
-    const double correction = second_moment_correction(step);
-    const int vertices = model.vertex_count();
-    for (const auto& level : model.levels()) {
-        const std::span<T> weights = model.parameters().value(level.weights);
-        const double scaled_rate = rate * model.parameters().entry(level.weights).rate_scale;
-        const std::span<const T> moment2 = model.parameters().moment2(level.weights);
-        const std::vector<SparsityRow>& around = level.sparsity->focus(std::span<const T>(weights));
-        parallel_for(level.sparsity->row_count(), [&](std::int64_t row) {
-            const std::span<const int> acting = level.sparsity->acting(row);
-            const std::span<const double> length = level.sparsity->lengths(row);
-            for (std::size_t n = 0; n < acting.size(); ++n) {
-                const double lambda = around[static_cast<std::size_t>(row)].weight(acting[n]);
-                if (!(lambda > 0) || length[n] == 0) continue;
-                const std::int64_t at = (row * vertices + acting[n]) * kFeatureDim;
-                shrink(weights.data() + at, length[n], moment2.data() + at, correction,
-                       scaled_rate * sparsity_weight * lambda / level.components);
-            }
-        });
-    }
-}
-
 template int first_non_finite_grad(const ParameterSet<float>&);
 template int first_non_finite_grad(const ParameterSet<double>&);
 template void adam_step(ParameterSet<float>&, double, std::int64_t);
 template void adam_step(ParameterSet<double>&, double, std::int64_t);
-template void proximal_step(StackedModel<float>&, double, double, std::int64_t);
-template void proximal_step(StackedModel<double>&, double, double, std::int64_t);
 
 }  // namespace mscomp::nn

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/parameter_set.h"
+#include "nn/parameter_set.h"
 
 #include <algorithm>
 #include <utility>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
@@ -20,8 +21,7 @@ int ParameterSet<T>::add(std::string name, Extents extents) {
     const std::int64_t count = element_count(extents);
     const auto offset = static_cast<std::int64_t>(values_.size());
     entries_.push_back({std::move(name), std::move(extents), offset, count, 1.0});
-    const auto size =
-        static_cast<std::size_t>(offset + (count + kCacheLine - 1) / kCacheLine * kCacheLine);
+    const auto size = at(offset + (count + kCacheLine - 1) / kCacheLine * kCacheLine);
     for (auto* all : {&values_, &grads_, &moments1_, &moments2_}) all->grow(size);
     live_of_entry_.push_back({{0, count}});
     cut_live();
@@ -39,24 +39,23 @@ void ParameterSet<T>::zero_grad() {
 
 template <class T>
 void ParameterSet<T>::set_live(int index, std::vector<Range> ranges) {
-    const auto i = static_cast<std::size_t>(index);
+    const auto i = at(index);
     const Entry& e = entry(index);
     // What stops being live leaves zeros behind.
     auto next = ranges.begin();
     for (const Range& before : live_of_entry_[i]) {
-        for (std::int64_t at = before.first; at < before.last;) {
-            while (next != ranges.end() && next->last <= at) ++next;
-            const bool is_live = next != ranges.end() && next->first <= at;
+        for (std::int64_t place = before.first; place < before.last;) {
+            while (next != ranges.end() && next->last <= place) ++next;
+            const bool is_live = next != ranges.end() && next->first <= place;
             const std::int64_t stop = next == ranges.end() ? before.last
                                       : is_live            ? std::min(next->last, before.last)
                                                            : std::min(next->first, before.last);
             if (!is_live) {
                 for (auto* all : {&grads_, &moments1_, &moments2_}) {
-                    all->reset(static_cast<std::size_t>(e.offset + at),
-                               static_cast<std::size_t>(e.offset + stop));
+                    all->reset(at(e.offset + place), at(e.offset + stop));
                 }
             }
-            at = stop;
+            place = stop;
         }
     }
     live_of_entry_[i] = std::move(ranges);
@@ -65,7 +64,7 @@ void ParameterSet<T>::set_live(int index, std::vector<Range> ranges) {
 
 template <class T>
 void ParameterSet<T>::set_rate_scale(int index, double scale) {
-    entries_[static_cast<std::size_t>(index)].rate_scale = scale;
+    entries_[at(index)].rate_scale = scale;
 }
 
 template <class T>

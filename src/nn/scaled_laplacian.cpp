@@ -5,8 +5,9 @@
 #include <utility>
 
 #include "kernels/spectral_kernels.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "nn/spectral_ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -14,22 +15,23 @@ namespace {
 /// Entries of D^-1/2 W D^-1/2, one for each neighbour.
 std::vector<double> normalized_adjacency(const OneRings& rings,
                                          std::span<const double> edge_weights) {
-    const auto weight = [&](int at) {
-        return edge_weights.empty() ? 1.0 : edge_weights[static_cast<std::size_t>(at)];
+    const auto weight = [&](int place) {
+        return edge_weights.empty() ? 1.0 : edge_weights[at(place)];
     };
-    const auto count = static_cast<std::size_t>(rings.vertex_count());
+    const auto count = at(rings.vertex_count());
     std::vector<double> root(count, 0.0);  // D^-1/2
     for (std::size_t v = 0; v < count; ++v) {
         double degree = 0;
-        for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) degree += weight(at);
+        for (int place = rings.offsets[v]; place < rings.offsets[v + 1]; ++place)
+            degree += weight(place);
         if (degree > 0) root[v] = 1 / std::sqrt(degree);
     }
     std::vector<double> entries;
     entries.reserve(rings.neighbors.size());
     for (std::size_t v = 0; v < count; ++v) {
-        for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
-            const int neighbor = rings.neighbors[static_cast<std::size_t>(at)];
-            entries.push_back(root[v] * weight(at) * root[static_cast<std::size_t>(neighbor)]);
+        for (int place = rings.offsets[v]; place < rings.offsets[v + 1]; ++place) {
+            const int neighbor = rings.neighbors[at(place)];
+            entries.push_back(root[v] * weight(place) * root[at(neighbor)]);
         }
     }
     return entries;
@@ -65,7 +67,7 @@ double largest_of_tridiagonal(const std::vector<double>& diagonal,
 /// Largest eigenvalue of L = I - adjacency, by Lanczos from a random vector. Copies of eigenvalues
 /// that rounding brings do not harm the largest.
 double largest_eigenvalue(const OneRings& rings, const std::vector<double>& adjacency) {
-    const auto count = static_cast<std::size_t>(rings.vertex_count());
+    const auto count = at(rings.vertex_count());
     constexpr int kMostRounds = 4000, kCheckEvery = 10;
     const CounterRandom random(1, 0);
     std::vector<double> current(count), before(count, 0.0), next(count);
@@ -81,9 +83,9 @@ double largest_eigenvalue(const OneRings& rings, const std::vector<double>& adja
         double alpha = 0;
         for (std::size_t v = 0; v < count; ++v) {
             double sum = current[v];
-            for (int at = rings.offsets[v]; at < rings.offsets[v + 1]; ++at) {
-                const auto n = static_cast<std::size_t>(at);
-                sum -= adjacency[n] * current[static_cast<std::size_t>(rings.neighbors[n])];
+            for (int place = rings.offsets[v]; place < rings.offsets[v + 1]; ++place) {
+                const auto n = at(place);
+                sum -= adjacency[n] * current[at(rings.neighbors[n])];
             }
             next[v] = sum;
             alpha += sum * current[v];

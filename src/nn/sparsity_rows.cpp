@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/sparsity_rows.h"
+#include "nn/sparsity_rows.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
@@ -15,7 +16,7 @@ namespace {
 template <class T>
 void measure(const T* component, std::span<const int> vertices, std::span<double> lengths) {
     for (std::size_t n = 0; n < lengths.size(); ++n) {
-        const T* c = component + static_cast<std::size_t>(vertices[n]) * kFeatureDim;
+        const T* c = component + at(vertices[n]) * kFeatureDim;
         T square = 0;
         for (std::size_t i = 0; i < kFeatureDim; ++i) square += c[i] * c[i];
         // Most are exact zeros, and roots take time.
@@ -29,7 +30,7 @@ SparsityRows::SparsityRows(DistanceRows& distances, const LevelConfig& level, Ce
                            const LevelSupports* supports)
     : distances_(distances), level_(level), rule_(rule), supports_(supports) {
     if (supports != nullptr) return;
-    all_vertices_.resize(static_cast<std::size_t>(distances.vertex_count()));
+    all_vertices_.resize(at(distances.vertex_count()));
     std::iota(all_vertices_.begin(), all_vertices_.end(), 0);
 }
 
@@ -74,7 +75,7 @@ SparsityRow SparsityRows::row(int center) {
 
 template <class T>
 const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component_weights) {
-    const auto vertices = static_cast<std::size_t>(distances_.vertex_count());
+    const auto vertices = at(distances_.vertex_count());
     const std::size_t count = component_weights.size() / (vertices * kFeatureDim);
     first_length_.assign(1, 0);
     for (std::size_t k = 0; k < count; ++k) {
@@ -84,14 +85,14 @@ const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component
     longest_.resize(count);
     centers_.resize(count, -1);
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t row) {
-        const auto k = static_cast<std::size_t>(row);
-        const std::span<const int> at = acting(row);
-        const auto measured = std::span(lengths_).subspan(first_length_[k], at.size());
-        measure(component_weights.data() + k * vertices * kFeatureDim, at, measured);
+        const auto k = at(row);
+        const std::span<const int> place = acting(row);
+        const auto measured = std::span(lengths_).subspan(first_length_[k], place.size());
+        measure(component_weights.data() + k * vertices * kFeatureDim, place, measured);
         const auto largest = std::max_element(measured.begin(), measured.end());
         // A component that acts nowhere stays where it is.
-        longest_[k] = measured.empty() ? std::max(centers_[k], 0)
-                                       : at[static_cast<std::size_t>(largest - measured.begin())];
+        longest_[k] =
+            measured.empty() ? std::max(centers_[k], 0) : place[at(largest - measured.begin())];
     });
 
     // All that is asked for below, settled centres included, so that the spans outlive each other.
@@ -110,7 +111,7 @@ const std::vector<SparsityRow>& SparsityRows::focus(std::span<const T> component
         candidates_[k] = row(longest_[k]);
     }
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
-        const auto k = static_cast<std::size_t>(index);
+        const auto k = at(index);
         if (centers_[k] == longest_[k]) return;
         if (penalty(candidates_[k], index) < penalty(rows_[k], index)) {
             centers_[k] = longest_[k];

@@ -3,8 +3,9 @@
 #include <vector>
 
 #include "kernels/spectral_kernels.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/spectral_vae.h"
+#include "nn/spectral_vae.h"
 
 namespace mscomp::nn {
 
@@ -39,10 +40,9 @@ void add_range_slopes(SpectralVae<T>& model) {
     const double shapes = static_cast<double>(codes.size()) / static_cast<double>(components);
     parallel_for(components, [&](std::int64_t k) {
         const std::span<const double> distance = model.component_centers().distances(k);
-        const auto range = static_cast<double>(ranges[static_cast<std::size_t>(k)]);
+        const auto range = static_cast<double>(ranges[at(k)]);
         double means = 0, variances = 0;
-        for (std::size_t m = static_cast<std::size_t>(k); m < codes.size();
-             m += static_cast<std::size_t>(components)) {
+        for (std::size_t m = at(k); m < codes.size(); m += at(components)) {
             means += square(codes[m]);
             variances += square(deviations[m]);
         }
@@ -52,13 +52,13 @@ void add_range_slopes(SpectralVae<T>& model) {
         if (!(means > 0) || !(curvature > 0) || !(width > 0)) return;
         double gain = 0;
         for (std::int64_t v = 0; v < vertices; ++v) {
-            const double beyond = distance[static_cast<std::size_t>(v)] - range;
+            const double beyond = distance[at(v)] - range;
             if (std::abs(beyond) >= width) continue;
-            const std::size_t at = static_cast<std::size_t>((k * vertices + v) * channels);
-            gain += beyond > 0 ? square_length(grads.data() + at, channels) / (2 * curvature)
-                               : square_length(weights.data() + at, channels) * curvature / 2;
+            const std::size_t place = at((k * vertices + v) * channels);
+            gain += beyond > 0 ? square_length(grads.data() + place, channels) / (2 * curvature)
+                               : square_length(weights.data() + place, channels) * curvature / 2;
         }
-        slopes[static_cast<std::size_t>(k)] -= static_cast<T>(gain / (2 * width));
+        slopes[at(k)] -= static_cast<T>(gain / (2 * width));
     });
 }
 
@@ -79,7 +79,7 @@ void proximal_step(SpectralVae<T>& model, double sparsity_weight, double rate, s
     const T bound = static_cast<T>(threshold * threshold * channels * correction);
     const std::int64_t vertices = model.vertex_count();
     parallel_for(model.config().components, [&](std::int64_t k) {
-        const auto range = static_cast<double>(ranges[static_cast<std::size_t>(k)]);
+        const auto range = static_cast<double>(ranges[at(k)]);
         const std::int64_t first = k * vertices * channels;
         spectral_kernels<T>().shrink(moment2.data() + first, centers.distances(k).data(),
                                      centers.lengths(k).data(), range, bound, channels,

@@ -5,16 +5,15 @@
 
 #include "deflation.h"
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/spectral_vae.h"
+#include "nn/spectral_vae.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// Only the first filter, T_0 = X: f = tanh(X), as far as there are channels.
 template <class T>

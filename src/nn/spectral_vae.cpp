@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/spectral_vae.h"
+#include "nn/spectral_vae.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,9 +7,10 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/optimizer.h"
+#include "nn/optimizer.h"
 #include "sum_decoder.h"
 
 namespace mscomp::nn {
@@ -18,8 +19,6 @@ namespace {
 constexpr std::int64_t kDim = kFeatureDim;
 /// Streams of random numbers for the noise of the steps, away from those of start and batches.
 constexpr std::uint64_t kNoiseStreams = std::uint64_t{1} << 62;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// Weights of the user's rings in the order of the inner ones.
 std::vector<double> reordered_weights(const OneRings& user, const OneRings& inner,

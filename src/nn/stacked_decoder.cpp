@@ -3,15 +3,14 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/stacked_model.h"
+#include "mscomp/base/index.h"
+#include "nn/stacked_model.h"
 #include "sum_decoder.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// The linear part of a decoder's convolution for one autoencoder, on its own.
 template <class T>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/stacked_model.h"
+#include "nn/stacked_model.h"
 
 #include <fmt/format.h>
 
@@ -8,16 +8,15 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/start.h"
+#include "mscomp/base/index.h"
+#include "nn/optimizer.h"
+#include "nn/start.h"
 #include "ops/autoencoder.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// Whether supports are decided anew in a step: often at first, when the most changes.
 bool adapts_supports(std::int64_t step) {

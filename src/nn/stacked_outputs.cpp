@@ -4,16 +4,15 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/stacked_model.h"
+#include "nn/stacked_model.h"
 #include "ops/autoencoder.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 }  // namespace
 

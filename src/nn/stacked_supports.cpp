@@ -5,16 +5,15 @@
 #include <cmath>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/stacked_model.h"
+#include "nn/optimizer.h"
+#include "nn/stacked_model.h"
 #include "ops/autoencoder.h"
 #include "ops/batch.h"
 
 namespace mscomp::nn {
 namespace {
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 template <class T>
 bool all_zero(std::span<const T> values) {

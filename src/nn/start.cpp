@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/start.h"
+#include "nn/start.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,7 @@
 
 #include "deflation.h"
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
 
@@ -15,8 +16,6 @@ namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 template <class T>
 void set_identity(std::span<T> matrices) {

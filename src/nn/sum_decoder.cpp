@@ -5,12 +5,12 @@
 #include <cmath>
 #include <utility>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kDim = kFeatureDim;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 DecoderColumn sparse(std::span<const float> rows) {
     DecoderColumn column;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/code_decoder.h"
-#include "mscomp/nn/vertex_order.h"
+#include "nn/code_decoder.h"
+#include "nn/vertex_order.h"
 
 namespace mscomp::nn {
 

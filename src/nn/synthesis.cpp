@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
 
 namespace mscomp::nn {
@@ -50,8 +51,8 @@ Synthesis::Synthesis(const CodeDecoder& decoder, const std::vector<Component>& c
                      const std::array<double, kFeatureDim>& factor)
     : decoder_(decoder), factor_(factor), reference_(components.size()), end_(components.size()) {
     for (const Component& c : components) {
-        reference_[static_cast<std::size_t>(c.code)] = static_cast<float>(c.code_reference);
-        end_[static_cast<std::size_t>(c.code)] = static_cast<float>(c.code_end);
+        reference_[at(c.code)] = static_cast<float>(c.code_reference);
+        end_[at(c.code)] = static_cast<float>(c.code_end);
     }
     base_ = decoder.decode(reference_);
 }
@@ -59,7 +60,7 @@ Synthesis::Synthesis(const CodeDecoder& decoder, const std::vector<Component>& c
 std::vector<float> Synthesis::codes(std::span<const ComponentWeight> weights) const {
     std::vector<float> codes = reference_;
     for (const ComponentWeight& w : weights) {
-        const auto i = static_cast<std::size_t>(w.code);
+        const auto i = at(w.code);
         codes[i] = static_cast<float>(
             std::lerp(static_cast<double>(reference_[i]), static_cast<double>(end_[i]), w.weight));
     }
@@ -74,7 +75,7 @@ CodeSampler::CodeSampler(CodeDistribution distribution,
                          const std::vector<std::vector<float>>& codes, int shapes,
                          std::uint64_t seed)
     : distribution_(distribution), seed_(seed) {
-    const auto n = static_cast<std::size_t>(shapes);
+    const auto n = at(shapes);
     for (const std::vector<float>& level : codes) width_ += level.size() / n;
     if (distribution == CodeDistribution::prior) return;
     if (shapes < 2) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/tape.h"
+#include "nn/tape.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp::nn {
@@ -45,7 +46,7 @@ Var Tape<T>::result(std::string name, Extents extents, bool needs_grad) {
     made->name = std::move(name);
     made->extents = std::move(extents);
     made->needs_grad = needs_grad;
-    const auto count = static_cast<std::size_t>(element_count(made->extents));
+    const auto count = at(element_count(made->extents));
     made->own_value.resize(count);
     made->value = made->own_value;
     if (needs_grad) {
@@ -82,10 +83,10 @@ const Op<T>* Tape<T>::first_non_finite() {
 
 template <class T>
 std::span<T> Tape<T>::scratch(std::int64_t count) {
-    if (static_cast<std::size_t>(count) > scratch_.size()) {
-        scratch_.resize(static_cast<std::size_t>(count));
+    if (at(count) > scratch_.size()) {
+        scratch_.resize(at(count));
     }
-    return std::span<T>(scratch_).first(static_cast<std::size_t>(count));
+    return std::span<T>(scratch_).first(at(count));
 }
 
 template class Tape<float>;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/trainer.h"
+#include "nn/trainer.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/optimizer.h"
+#include "nn/optimizer.h"
 
 namespace mscomp::nn {
 
@@ -90,7 +91,7 @@ std::vector<int> Trainer::order_of_epoch(std::int64_t epoch) const {
     std::vector<int> order;
     const CounterRandom random(config_.train.seed, static_cast<std::uint64_t>(epoch) + 1000);
     for (const int drawn : random.permutation(static_cast<int>(all.size()))) {
-        order.push_back(all[static_cast<std::size_t>(drawn)]);
+        order.push_back(all[at(drawn)]);
     }
     return order;
 }
@@ -98,7 +99,7 @@ std::vector<int> Trainer::order_of_epoch(std::int64_t epoch) const {
 EpochReport Trainer::run_epoch() {
     EpochReport report;
     report.terms.resize(model_.term_names().size());
-    const auto batch = static_cast<std::size_t>(model_.batch_capacity());
+    const auto batch = at(model_.batch_capacity());
     const std::vector<int> order = order_of_epoch(state_.epoch);
     int steps = 0;
     const auto begin = std::chrono::steady_clock::now();
@@ -182,7 +183,7 @@ void Trainer::require_finite(float loss) {
 
 std::vector<std::vector<float>> Trainer::codes() {
     std::vector<std::vector<float>> all(model_.level_sizes().size());
-    const auto batch = static_cast<std::size_t>(model_.batch_capacity());
+    const auto batch = at(model_.batch_capacity());
     for (std::size_t first = 0; first < shapes_.size(); first += batch) {
         load(batch_of(shapes_, first, batch));
         if (first + batch < shapes_.size()) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/vertex_order.h"
+#include "nn/vertex_order.h"
 
 #include <algorithm>
+
+#include "mscomp/base/index.h"
 
 namespace mscomp::nn {
 namespace {
@@ -9,15 +11,15 @@ namespace {
 /// Vertices reachable from `root` that are not yet `placed`, breadth first, neighbours by degree.
 std::vector<int> breadth_first(const OneRings& rings, int root, std::vector<char>& placed) {
     std::vector<int> order{root};
-    placed[static_cast<std::size_t>(root)] = 1;
+    placed[at(root)] = 1;
     std::vector<int> fresh;
     for (std::size_t next = 0; next < order.size(); ++next) {
-        const auto vertex = static_cast<std::size_t>(order[next]);
+        const auto vertex = at(order[next]);
         fresh.clear();
-        for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
-            const int neighbor = rings.neighbors[static_cast<std::size_t>(at)];
-            if (placed[static_cast<std::size_t>(neighbor)] != 0) continue;
-            placed[static_cast<std::size_t>(neighbor)] = 1;
+        for (int place = rings.offsets[vertex]; place < rings.offsets[vertex + 1]; ++place) {
+            const int neighbor = rings.neighbors[at(place)];
+            if (placed[at(neighbor)] != 0) continue;
+            placed[at(neighbor)] = 1;
             fresh.push_back(neighbor);
         }
         std::stable_sort(fresh.begin(), fresh.end(),
@@ -30,7 +32,7 @@ std::vector<int> breadth_first(const OneRings& rings, int root, std::vector<char
 }  // namespace
 
 VertexOrder reverse_cuthill_mckee(const OneRings& rings) {
-    const auto count = static_cast<std::size_t>(rings.vertex_count());
+    const auto count = at(rings.vertex_count());
     VertexOrder order;
     order.to_user.reserve(count);
     std::vector<char> placed(count, 0), probe(count, 0);
@@ -45,7 +47,7 @@ VertexOrder reverse_cuthill_mckee(const OneRings& rings) {
     std::reverse(order.to_user.begin(), order.to_user.end());
     order.to_internal.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
-        order.to_internal[static_cast<std::size_t>(order.to_user[i])] = static_cast<int>(i);
+        order.to_internal[at(order.to_user[i])] = static_cast<int>(i);
     }
     return order;
 }
@@ -54,11 +56,11 @@ OneRings reordered(const OneRings& rings, const VertexOrder& order) {
     OneRings result;
     result.neighbors.reserve(rings.neighbors.size());
     for (const int user : order.to_user) {
-        const auto vertex = static_cast<std::size_t>(user);
+        const auto vertex = at(user);
         const auto first = static_cast<std::ptrdiff_t>(result.neighbors.size());
-        for (int at = rings.offsets[vertex]; at < rings.offsets[vertex + 1]; ++at) {
-            const int neighbor = rings.neighbors[static_cast<std::size_t>(at)];
-            result.neighbors.push_back(order.to_internal[static_cast<std::size_t>(neighbor)]);
+        for (int place = rings.offsets[vertex]; place < rings.offsets[vertex + 1]; ++place) {
+            const int neighbor = rings.neighbors[at(place)];
+            result.neighbors.push_back(order.to_internal[at(neighbor)]);
         }
         std::sort(result.neighbors.begin() + first, result.neighbors.end());
         result.offsets.push_back(static_cast<int>(result.neighbors.size()));
@@ -85,7 +87,7 @@ void ReorderedDistances::prepare(std::span<const int> vertices) {
         const std::size_t end = std::min(begin + kRowsAtOnce, fresh.size());
         user.clear();
         for (std::size_t k = begin; k < end; ++k) {
-            user.push_back(order_.to_user[static_cast<std::size_t>(fresh[k])]);
+            user.push_back(order_.to_user[at(fresh[k])]);
         }
         user_rows_.prepare(user);
         for (std::size_t k = begin; k < end; ++k) {
@@ -96,14 +98,13 @@ void ReorderedDistances::prepare(std::span<const int> vertices) {
 
 std::span<const double> ReorderedDistances::row(int vertex) {
     if (const auto known = cache_.find(vertex)) return *known;
-    return cache_.put(vertex,
-                      copy_of(user_rows_.row(order_.to_user[static_cast<std::size_t>(vertex)])));
+    return cache_.put(vertex, copy_of(user_rows_.row(order_.to_user[at(vertex)])));
 }
 
 std::vector<double> ReorderedDistances::copy_of(std::span<const double> user_row) const {
     std::vector<double> copy;
     copy.reserve(user_row.size());
-    for (const int at : order_.to_user) copy.push_back(user_row[static_cast<std::size_t>(at)]);
+    for (const int place : order_.to_user) copy.push_back(user_row[at(place)]);
     return copy;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/zeroed_array.h"
+#include "nn/zeroed_array.h"
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -8,11 +8,13 @@
 #include <limits>
 #include <new>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp::nn {
 namespace {
 
 std::size_t page_bytes() {
-    static const auto bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    static const auto bytes = at(::sysconf(_SC_PAGESIZE));
     return bytes;
 }
 

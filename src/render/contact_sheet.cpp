@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/render/render.h"
 #include "stroke_font.h"
 
@@ -26,8 +27,7 @@ void check(const std::vector<SheetTile>& tiles, const std::vector<std::string>& 
     const Image& first = tiles.front().image;
     for (const SheetTile& tile : tiles) {
         const Image& image = tile.image;
-        const auto size =
-            static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3;
+        const auto size = at(image.width) * at(image.height) * 3;
         if (image.width != first.width || image.height != first.height ||
             image.rgb.size() != size || size == 0) {
             throw UsageError(
@@ -47,7 +47,7 @@ std::vector<std::vector<const SheetTile*>> grouped(const std::vector<SheetTile>&
                                                    std::size_t groups) {
     std::vector<std::vector<const SheetTile*>> result(groups);
     for (const SheetTile& tile : tiles) {
-        result[static_cast<std::size_t>(tile.group)].push_back(&tile);
+        result[at(tile.group)].push_back(&tile);
     }
     return result;
 }
@@ -68,9 +68,9 @@ void paste(Image& sheet, const Image& picture, int left, int top) {
 
 void draw_rule(Image& sheet, int row) {
     for (int column = kMargin; column < sheet.width - kMargin; ++column) {
-        const auto at = static_cast<std::size_t>(row * sheet.width + column) * 3;
+        const auto place = at(row * sheet.width + column) * 3;
         for (std::size_t c = 0; c < 3; ++c)
-            sheet.rgb[at + c] = static_cast<std::uint8_t>(255 * kRule);
+            sheet.rgb[place + c] = static_cast<std::uint8_t>(255 * kRule);
     }
 }
 
@@ -101,8 +101,7 @@ Image contact_sheet(const std::vector<SheetTile>& tiles, const std::vector<std::
         if (group.empty()) continue;
         sheet.height += kHeadingHeight + rows_for(group.size(), columns) * row_height;
     }
-    sheet.rgb.assign(
-        static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3, 255);
+    sheet.rgb.assign(at(sheet.width) * at(sheet.height) * 3, 255);
 
     const double text_space = sheet.width - 2 * kMargin;
     int top = kMargin;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -42,7 +43,7 @@ std::vector<std::array<float, 3>> colors_of(const ComparedShape& shape, double f
 }
 
 Image empty_picture(int width, int height) {
-    const auto size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3;
+    const auto size = at(width) * at(height) * 3;
     return {width, height, std::vector<std::uint8_t>(size, 255)};
 }
 

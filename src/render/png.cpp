@@ -3,6 +3,7 @@
 
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/render/render.h"
 
 #define STB_IMAGE_WRITE_STATIC
@@ -12,16 +13,14 @@
 namespace mscomp {
 
 void write_png(const std::string& path, const Image& image) {
-    const auto size =
-        static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3;
+    const auto size = at(image.width) * at(image.height) * 3;
     if (image.width <= 0 || image.height <= 0 || image.rgb.size() != size) {
         throw UsageError(fmt::format("{}: a picture of {} x {} pixels with {} bytes, wanted {}",
                                      path, image.width, image.height, image.rgb.size(), size));
     }
     std::string bytes;
     const auto append = [](void* context, void* data, int count) {
-        static_cast<std::string*>(context)->append(static_cast<const char*>(data),
-                                                   static_cast<std::size_t>(count));
+        static_cast<std::string*>(context)->append(static_cast<const char*>(data), at(count));
     };
     if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 3, image.rgb.data(),
                                image.width * 3) == 0) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/render/render.h"
 
@@ -42,8 +43,8 @@ struct Scene {
     const std::vector<Face>* faces = nullptr;
 
     const Corner& corner(int face, std::size_t k) const {
-        const Face& f = (*faces)[static_cast<std::size_t>(face)];
-        return corners[static_cast<std::size_t>(f[k])];
+        const Face& f = (*faces)[at(face)];
+        return corners[at(f[k])];
     }
 };
 
@@ -94,15 +95,15 @@ Scene project(const TriangleMesh& mesh, std::span<const Color> colors, const Vie
         if (!colors.empty()) corner.color = colors[i];
     }
     for (const Face& f : mesh.faces) {
-        const Point& p = seen[static_cast<std::size_t>(f[0])];
-        const Point& q = seen[static_cast<std::size_t>(f[1])];
-        const Point& r = seen[static_cast<std::size_t>(f[2])];
+        const Point& p = seen[at(f[0])];
+        const Point& q = seen[at(f[1])];
+        const Point& r = seen[at(f[2])];
         const Point u{q[0] - p[0], q[1] - p[1], q[2] - p[2]};
         const Point v{r[0] - p[0], r[1] - p[1], r[2] - p[2]};
         const Point normal{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
                            u[0] * v[1] - u[1] * v[0]};
         for (const int i : f) {
-            Point& sum = scene.corners[static_cast<std::size_t>(i)].normal;
+            Point& sum = scene.corners[at(i)].normal;
             for (std::size_t k = 0; k < 3; ++k) sum[k] += normal[k];
         }
     }
@@ -151,12 +152,10 @@ void draw_face(const Scene& scene, int face, Band& band) {
             const auto [wa, wb, wc] = shares_at(scene, face, column + 0.5, row + 0.5);
             if (!(wa >= 0 && wb >= 0 && wc >= 0)) continue;
             const double depth = wa * a.depth + wb * b.depth + wc * c.depth;
-            const auto at = static_cast<std::size_t>(row - band.first_row) *
-                                static_cast<std::size_t>(band.width) +
-                            static_cast<std::size_t>(column);
-            if (depth <= band.depth[at]) continue;
-            band.depth[at] = depth;
-            band.face[at] = face;
+            const auto place = at(row - band.first_row) * at(band.width) + at(column);
+            if (depth <= band.depth[place]) continue;
+            band.depth[place] = depth;
+            band.face[place] = face;
         }
     }
 }
@@ -202,7 +201,7 @@ Color shade(const Scene& scene, int face, double x, double y) {
 void draw_band(const Scene& scene, const std::vector<int>& faces, int first_pixel_row,
                int pixel_rows, Image& image) {
     Band band{first_pixel_row * kSamples, pixel_rows * kSamples, scene.width, {}, {}};
-    const auto size = static_cast<std::size_t>(band.rows) * static_cast<std::size_t>(band.width);
+    const auto size = at(band.rows) * at(band.width);
     band.depth.assign(size, -std::numeric_limits<double>::infinity());
     band.face.assign(size, kNothing);
     for (const int face : faces) draw_face(scene, face, band);
@@ -212,18 +211,15 @@ void draw_band(const Scene& scene, const std::vector<int>& faces, int first_pixe
             for (int sample = 0; sample < kSamples * kSamples; ++sample) {
                 const int y = row * kSamples + sample / kSamples;
                 const int x = column * kSamples + sample % kSamples;
-                const int face = band.face[static_cast<std::size_t>(y * band.width + x)];
+                const int face = band.face[at(y * band.width + x)];
                 const Color color = face == kNothing
                                         ? kBackground
                                         : shade(scene, face, x + 0.5, band.first_row + y + 0.5);
                 for (std::size_t c = 0; c < 3; ++c) sum[c] += color[c];
             }
-            const auto at = (static_cast<std::size_t>(first_pixel_row + row) *
-                                 static_cast<std::size_t>(image.width) +
-                             static_cast<std::size_t>(column)) *
-                            3;
+            const auto place = (at(first_pixel_row + row) * at(image.width) + at(column)) * 3;
             for (std::size_t c = 0; c < 3; ++c) {
-                image.rgb[at + c] = static_cast<std::uint8_t>(
+                image.rgb[place + c] = static_cast<std::uint8_t>(
                     std::lround(255 * sum[c] / static_cast<float>(kSamples * kSamples)));
             }
         }
@@ -232,7 +228,7 @@ void draw_band(const Scene& scene, const std::vector<int>& faces, int first_pixe
 
 /// The faces that may show in each band, in ascending order.
 std::vector<std::vector<int>> faces_by_band(const Scene& scene, const Chunks& bands) {
-    std::vector<std::vector<int>> faces(static_cast<std::size_t>(bands.count()));
+    std::vector<std::vector<int>> faces(at(bands.count()));
     const double samples = static_cast<double>(bands.size) * kSamples;
     const auto last = static_cast<double>(bands.count() - 1);
     for (int face = 0; face < static_cast<int>(scene.faces->size()); ++face) {
@@ -254,15 +250,12 @@ Image render_mesh(const TriangleMesh& mesh, std::span<const Color> colors, const
                   int width, int height) {
     check_input(mesh, colors, width, height);
     const Scene scene = project(mesh, colors, view, width, height);
-    Image image{width, height,
-                std::vector<std::uint8_t>(static_cast<std::size_t>(width) *
-                                          static_cast<std::size_t>(height) * 3)};
+    Image image{width, height, std::vector<std::uint8_t>(at(width) * at(height) * 3)};
     const Chunks bands{height, kBandRows};
     const std::vector<std::vector<int>> faces = faces_by_band(scene, bands);
     parallel_for(bands.count(), [&](std::int64_t band) {
         const int first = static_cast<int>(bands.begin(band));
-        draw_band(scene, faces[static_cast<std::size_t>(band)], first,
-                  static_cast<int>(bands.end(band)) - first, image);
+        draw_band(scene, faces[at(band)], first, static_cast<int>(bands.end(band)) - first, image);
     });
     return image;
 }

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -229,10 +231,10 @@ void draw_letter(Image& image, double x, double baseline, char letter, double sc
             const double distance = distance_to(strokes, {column + 0.5, row + 0.5});
             const double cover = std::clamp(half_width + 0.5 - distance, 0.0, 1.0);
             if (cover <= 0) continue;
-            const auto at = static_cast<std::size_t>(row * image.width + column) * 3;
+            const auto place = at(row * image.width + column) * 3;
             for (std::size_t c = 0; c < 3; ++c) {
-                const double below = image.rgb[at + c];
-                image.rgb[at + c] =
+                const double below = image.rgb[place + c];
+                image.rgb[place + c] =
                     static_cast<std::uint8_t>(std::lround(below + cover * (255 * gray - below)));
             }
         }

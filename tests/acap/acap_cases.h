@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "mscomp/acap/extract.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
 #include "shapes.h"
 
@@ -20,7 +21,6 @@ namespace mscomp::cases {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-inline std::size_t at(int index) { return static_cast<std::size_t>(index); }
 inline Vector3d vec(const Point& p) { return {p[0], p[1], p[2]}; }
 inline Point point(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 

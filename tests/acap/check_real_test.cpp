@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <set>
 
+#include "acap/check/check_edges.h"
 #include "check_cases.h"
-#include "check_edges.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/random.h"

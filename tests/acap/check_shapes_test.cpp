@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "acap/check/check_frame.h"
 #include "check_cases.h"
-#include "check_frame.h"
 #include "mscomp/base/random.h"
 
 namespace mscomp {

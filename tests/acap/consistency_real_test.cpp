@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "consistency.h"
-#include "deformation_gradient.h"
+#include "acap/deformation_gradient.h"
+#include "acap/polar.h"
+#include "acap/turns/consistency.h"
 #include "mscomp/acap/alignment.h"
-#include "polar.h"
 #include "turn_cases.h"
 
 namespace mscomp {

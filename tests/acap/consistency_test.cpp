@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "consistency.h"
+#include "acap/turns/consistency.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "acap/turns/relaxed_turns.h"
+#include "acap/turns/turn_search.h"
 #include "turn_cases.h"
-#include "turn_search.h"
 
 namespace mscomp {
 namespace {

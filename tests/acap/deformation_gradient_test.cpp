@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "deformation_gradient.h"
+#include "acap/deformation_gradient.h"
 
 #include <gtest/gtest.h>
 

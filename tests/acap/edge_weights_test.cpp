@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "edge_weights.h"
+#include "acap/edge_weights.h"
 
 #include <gtest/gtest.h>
 

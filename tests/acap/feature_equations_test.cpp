@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "feature_equations.h"
+#include "acap/reconstruct/feature_equations.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
+#include "acap/reconstruct/quasi_newton.h"
+#include "acap/reconstruct/ring_residual.h"
+#include "acap/reconstruct/tangential_solve.h"
+#include "acap/rotation.h"
 #include "acap_cases.h"
-#include "quasi_newton.h"
-#include "ring_residual.h"
-#include "rotation.h"
-#include "tangential_solve.h"
 
 namespace mscomp {
 namespace {

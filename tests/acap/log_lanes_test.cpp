@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "log_lanes.h"
+#include "acap/log_lanes.h"
 
 #include <gtest/gtest.h>
 

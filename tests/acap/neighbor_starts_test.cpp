@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "neighbor_starts.h"
+#include "acap/turns/neighbor_starts.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 
+#include "acap/shape_extraction.h"
 #include "acap_cases.h"
 #include "mscomp/base/parallel.h"
-#include "shape_extraction.h"
 
 namespace mscomp {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "polar.h"
+#include "acap/polar.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include "acap/reconstruct/feature_equations.h"
+#include "acap/reconstruct/tangential_solve.h"
+#include "acap/rotation.h"
 #include "acap_cases.h"
-#include "feature_equations.h"
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
-#include "rotation.h"
-#include "tangential_solve.h"
 
 namespace mscomp {
 namespace {

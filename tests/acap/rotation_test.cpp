@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "rotation.h"
+#include "acap/rotation.h"
 
 #include <gtest/gtest.h>
 

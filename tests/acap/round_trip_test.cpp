@@ -8,9 +8,9 @@
 
 #include "acap_cases.h"
 #include "mscomp/acap/alignment.h"
-#include "mscomp/acap/generate.h"
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/generate/generate.h"
 
 namespace mscomp {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <limits>
 
+#include "acap/rotation.h"
+#include "acap/turns/turn_problem.h"
 #include "acap_cases.h"
-#include "rotation.h"
-#include "turn_problem.h"
 
 namespace mscomp::cases {
 

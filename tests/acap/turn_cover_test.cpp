@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "turn_cover.h"
+#include "acap/turns/turn_cover.h"
 
 #include <gtest/gtest.h>
 

@@ -2,11 +2,11 @@
 // Where nothing fits together the work ends all the same. It is counted, never timed.
 #include <gtest/gtest.h>
 
-#include "deformation_gradient.h"
-#include "polar.h"
+#include "acap/deformation_gradient.h"
+#include "acap/polar.h"
+#include "acap/turns/turn_jumps.h"
+#include "acap/turns/turn_search.h"
 #include "turn_cases.h"
-#include "turn_jumps.h"
-#include "turn_search.h"
 
 namespace mscomp {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "turn_jumps.h"
+#include "acap/turns/turn_jumps.h"
 
 #include <gtest/gtest.h>
 
+#include "acap/turns/turn_search.h"
 #include "turn_cases.h"
-#include "turn_search.h"
 
 namespace mscomp {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "turn_search.h"
+#include "acap/turns/turn_search.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <Eigen/Eigenvalues>
 #include <cstdio>
 
-#include "deformation_gradient.h"
-#include "mscomp/acap/generate.h"
-#include "polar.h"
+#include "acap/deformation_gradient.h"
+#include "acap/polar.h"
+#include "mscomp/generate/generate.h"
 #include "turn_cases.h"
 
 namespace mscomp {

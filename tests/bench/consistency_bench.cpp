@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "consistency.h"
-#include "deformation_gradient.h"
+#include "acap/deformation_gradient.h"
+#include "acap/polar.h"
+#include "acap/rotation.h"
+#include "acap/turns/consistency.h"
 #include "mscomp/acap/alignment.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/random.h"
-#include "polar.h"
-#include "rotation.h"
 #include "shapes.h"
 
 namespace mscomp {

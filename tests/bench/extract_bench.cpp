@@ -21,19 +21,19 @@
 #include <string>
 #include <vector>
 
+#include "acap/deformation_gradient.h"
+#include "acap/polar.h"
+#include "acap/shape_extraction.h"
+#include "acap/turns/consistency.h"
 #include "base/temporary_folder.h"
-#include "consistency.h"
-#include "deformation_gradient.h"
 #include "mscomp/acap/alignment.h"
 #include "mscomp/acap/feature_file.h"
-#include "mscomp/acap/generate.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
+#include "mscomp/generate/generate.h"
 #include "plain_extraction.h"
-#include "polar.h"
-#include "shape_extraction.h"
 
 namespace mscomp {
 namespace {

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/acap/generate.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/generate/generate.h"
 #include "mscomp/geodesic/heat_geodesics.h"
 #include "run_benchmarks.h"
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "banded_sphere.h"
-#include "mscomp/nn/vertex_order.h"
+#include "nn/vertex_order.h"
 
 namespace mscomp::nn {
 

@@ -3,7 +3,7 @@
 // the formulas and plain_kernels.h for what plain means. All slots act.
 #pragma once
 
-#include "../../src/nn/kernels/autoencoder_kernels.h"
+#include "nn/kernels/autoencoder_kernels.h"
 
 namespace mscomp::nn::plain {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "../../src/nn/kernels/kernels.h"
+#include "nn/kernels/kernels.h"
 
 namespace mscomp::nn::plain {
 

@@ -3,7 +3,7 @@
 // plain_kernels.h for what plain means. The products of codes are those of plain_kernels.h.
 #pragma once
 
-#include "../../src/nn/kernels/spectral_kernels.h"
+#include "nn/kernels/spectral_kernels.h"
 #include "plain_kernels.h"
 
 namespace mscomp::nn::plain {

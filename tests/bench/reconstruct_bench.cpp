@@ -15,13 +15,13 @@
 #include <stdexcept>
 #include <vector>
 
-#include "edge_weights.h"
+#include "acap/edge_weights.h"
+#include "acap/rotation.h"
 #include "mscomp/acap/extract.h"
-#include "mscomp/acap/generate.h"
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/generate/generate.h"
 #include "mscomp/linear/blas_threads.h"
-#include "rotation.h"
 
 namespace mscomp {
 namespace {

@@ -20,8 +20,8 @@
 #include "banded_sphere.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/spectral_vae.h"
+#include "nn/optimizer.h"
+#include "nn/spectral_vae.h"
 #include "peak_memory.h"
 #include "run_benchmarks.h"
 

@@ -17,9 +17,9 @@
 
 #include "banded_sphere.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/stacked_model.h"
-#include "mscomp/nn/start.h"
+#include "nn/optimizer.h"
+#include "nn/stacked_model.h"
+#include "nn/start.h"
 #include "peak_memory.h"
 #include "run_benchmarks.h"
 

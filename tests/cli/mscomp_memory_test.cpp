@@ -15,7 +15,7 @@
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/lane_batch.h"
+#include "nn/lane_batch.h"
 #include "shapes.h"
 
 namespace mscomp {

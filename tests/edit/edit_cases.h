@@ -9,7 +9,7 @@
 
 #include "acap/acap_cases.h"
 #include "mscomp/acap/feature_scaler.h"
-#include "mscomp/nn/code_decoder.h"
+#include "nn/code_decoder.h"
 
 namespace mscomp::cases {
 

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/batch_loader.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/start.h"
+#include "nn/batch_loader.h"
+#include "nn/optimizer.h"
+#include "nn/start.h"
 #include "small_training.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The fused op against the small ops that it stands for.
-#include "../../src/nn/ops/autoencoder.h"
+#include "nn/ops/autoencoder.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "gradient_check.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/fused.h"
+#include "nn/fused.h"
 #include "shapes.h"
 
 namespace mscomp::nn {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/batch_loader.h"
+#include "nn/batch_loader.h"
 
 #include <gtest/gtest.h>
 

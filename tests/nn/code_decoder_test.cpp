@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The decoder of all codes, for every kind and reading, against the forward pass it belongs to.
-#include "mscomp/nn/code_decoder.h"
+#include "nn/code_decoder.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "mscomp/base/random.h"
-#include "mscomp/nn/spectral_vae.h"
-#include "mscomp/nn/stacked_model.h"
+#include "nn/spectral_vae.h"
+#include "nn/stacked_model.h"
 #include "op_table.h"
 #include "shapes.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "mscomp/nn/start.h"
+#include "nn/start.h"
 #include "op_table.h"
 #include "shapes.h"
 #include "small_training.h"

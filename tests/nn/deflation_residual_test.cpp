@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "../../src/nn/deflation_residual.h"
+#include "nn/deflation_residual.h"
 
 #include <gtest/gtest.h>
 

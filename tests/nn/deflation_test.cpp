@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "../../src/nn/deflation.h"
+#include "nn/deflation.h"
 
 #include <gtest/gtest.h>
 

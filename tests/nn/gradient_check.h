@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/nn/tape.h"
+#include "nn/tape.h"
 
 namespace mscomp::nn {
 

@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <string>
 
-#include "../../src/nn/kernels/kernels.h"
 #include "base/temporary_folder.h"
 #include "mscomp/base/atomic_file.h"
+#include "nn/kernels/kernels.h"
 
 namespace mscomp::nn {
 namespace {

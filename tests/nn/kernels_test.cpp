@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every instruction set this processor has against the op's naive reference or against the generic
 // set.
-#include "../../src/nn/kernels/kernels.h"
+#include "nn/kernels/kernels.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/aligned.h"
-#include "mscomp/nn/ops.h"
+#include "nn/aligned.h"
+#include "nn/ops.h"
 #include "shapes.h"
 
 namespace mscomp::nn {

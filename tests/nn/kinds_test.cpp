@@ -14,7 +14,7 @@
 #include "mscomp/base/parallel.h"
 #include "mscomp/nn/components.h"
 #include "mscomp/nn/model_file.h"
-#include "mscomp/nn/start.h"
+#include "nn/start.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

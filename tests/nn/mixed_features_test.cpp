@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/mixed_features.h"
+#include "nn/mixed_features.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "../../src/nn/deflation.h"
 #include "mixing.h"
+#include "nn/deflation.h"
 
 namespace mscomp::nn {
 namespace {

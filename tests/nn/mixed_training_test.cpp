@@ -9,7 +9,7 @@
 #include "base/temporary_folder.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/nn/model_file.h"
-#include "mscomp/nn/trainer.h"
+#include "nn/trainer.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mscomp/base/random.h"
-#include "mscomp/nn/mixed_features.h"
+#include "nn/mixed_features.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

@@ -11,7 +11,7 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/safetensors.h"
-#include "mscomp/nn/start.h"
+#include "nn/start.h"
 #include "small_spectral.h"
 #include "small_training.h"
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/nn/fused.h"
-#include "mscomp/nn/ops.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "nn/fused.h"
+#include "nn/ops.h"
+#include "nn/spectral_ops.h"
 
 namespace mscomp::nn {
 

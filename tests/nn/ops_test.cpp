@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/ops.h"
+#include "nn/ops.h"
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 #include "gradient_check.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/spectral_vae.h"
-#include "mscomp/nn/stacked_model.h"
+#include "nn/spectral_vae.h"
+#include "nn/stacked_model.h"
 #include "op_table.h"
 #include "shapes.h"
 

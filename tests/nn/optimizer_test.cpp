@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/optimizer.h"
+#include "nn/optimizer.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/safetensors.h"
 #include "mscomp/nn/model_file.h"
-#include "mscomp/nn/trainer.h"
+#include "nn/trainer.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

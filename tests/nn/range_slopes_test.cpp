@@ -8,8 +8,8 @@
 
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/start.h"
+#include "nn/optimizer.h"
+#include "nn/start.h"
 #include "small_spectral.h"
 
 namespace mscomp::nn {

@@ -10,8 +10,8 @@
 #include <string>
 
 #include "mscomp/base/safetensors.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/stacked_model.h"
+#include "nn/optimizer.h"
+#include "nn/stacked_model.h"
 #include "reference_case.h"
 
 namespace mscomp::nn {

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "mscomp/base/random.h"
-#include "mscomp/nn/vertex_order.h"
+#include "nn/vertex_order.h"
 
 namespace mscomp::nn {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "mscomp/nn/spectral_vae.h"
+#include "nn/spectral_vae.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

@@ -12,8 +12,8 @@
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/random.h"
 #include "mscomp/nn/config.h"
-#include "mscomp/nn/stacked_model.h"
-#include "mscomp/nn/trainer.h"
+#include "nn/stacked_model.h"
+#include "nn/trainer.h"
 #include "shapes.h"
 
 namespace mscomp::nn {

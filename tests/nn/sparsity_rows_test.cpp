@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/sparsity_rows.h"
+#include "nn/sparsity_rows.h"
 
 #include <gtest/gtest.h>
 

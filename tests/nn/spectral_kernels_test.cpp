@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every instruction set this processor has: spectral kernels against the generic ones.
-#include "../../src/nn/kernels/spectral_kernels.h"
+#include "nn/kernels/spectral_kernels.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/aligned.h"
+#include "nn/aligned.h"
 #include "shapes.h"
 
 namespace mscomp::nn {

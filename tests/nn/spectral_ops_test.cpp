@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/spectral_ops.h"
+#include "nn/spectral_ops.h"
 
 #include <gtest/gtest.h>
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "mscomp/base/safetensors.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/spectral_vae.h"
+#include "nn/optimizer.h"
+#include "nn/spectral_vae.h"
 #include "reference_case.h"
 
 namespace mscomp::nn {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "mscomp/base/random.h"
-#include "mscomp/nn/start.h"
+#include "nn/start.h"
 #include "small_spectral.h"
 
 namespace mscomp::nn {

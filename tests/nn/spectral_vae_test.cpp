@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/spectral_vae.h"
+#include "nn/spectral_vae.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
-#include "mscomp/nn/optimizer.h"
+#include "nn/optimizer.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/start.h"
+#include "nn/start.h"
 
 #include <gtest/gtest.h>
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "mscomp/nn/active_vertices.h"
-#include "mscomp/nn/optimizer.h"
-#include "mscomp/nn/parameter_set.h"
-#include "mscomp/nn/start.h"
+#include "nn/active_vertices.h"
+#include "nn/optimizer.h"
+#include "nn/parameter_set.h"
+#include "nn/start.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/trainer.h"
+#include "nn/trainer.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "mscomp/nn/stacked_model.h"
+#include "nn/stacked_model.h"
 #include "op_table.h"
 
 namespace mscomp::nn {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/vertex_order.h"
+#include "nn/vertex_order.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "mscomp/base/random.h"
-#include "mscomp/nn/start.h"
+#include "nn/start.h"
 #include "shapes.h"
 #include "small_training.h"
 

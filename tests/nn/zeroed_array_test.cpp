@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/zeroed_array.h"
+#include "nn/zeroed_array.h"
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "mscomp/nn/parameter_set.h"
+#include "nn/parameter_set.h"
 
 namespace mscomp::nn {
 namespace {

@@ -5,19 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "mscomp/acap/edge_weights.h"
 #include "mscomp/acap/feature_rows.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/feature_set.h"
 
 namespace mscomp {
-
-enum class EdgeWeights { cotangent, authors, uniform };
-EdgeWeights parse_edge_weights(const std::string& name);  // throws UsageError
-std::string to_string(EdgeWeights weights);
-
-/// c_ij of the reference beside the neighbours of one_rings_of_faces, c_ij = c_ji > 0 (method §1).
-std::vector<double> ring_weights(const TriangleMesh& reference, EdgeWeights weights);
 
 struct ExtractOptions {
     EdgeWeights weights = EdgeWeights::cotangent;

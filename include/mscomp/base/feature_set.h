@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mscomp/base/index.h"
 #include "mscomp/base/mesh_data.h"
 
 namespace mscomp {
@@ -44,14 +45,14 @@ struct FeatureSet {
     /// Whether the turns of shape `index` are proved to have the least energy of all, up to
     /// rounding; false where nothing is known.
     bool is_proved(int index) const {
-        const auto n = static_cast<std::size_t>(index);
+        const auto n = at(index);
         if (n >= consistency_gap.size() || n >= consistency_energy.size()) return false;
         return consistency_gap[n] <= 1e-9 * (1 + consistency_energy[n]);
     }
     /// (V,9) of one shape.
     std::span<const float> shape(int index) const {
-        const auto size = static_cast<std::size_t>(vertex_count()) * kFeatureDim;
-        return {features.data() + static_cast<std::size_t>(index) * size, size};
+        const auto size = at(vertex_count()) * kFeatureDim;
+        return {features.data() + at(index) * size, size};
     }
 };
 

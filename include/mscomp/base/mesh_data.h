@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 
 using Point = std::array<double, 3>;
@@ -33,10 +35,7 @@ struct OneRings {
     std::vector<int> neighbors;
 
     int vertex_count() const { return static_cast<int>(offsets.size()) - 1; }
-    int degree(int vertex) const {
-        return offsets[static_cast<std::size_t>(vertex) + 1] -
-               offsets[static_cast<std::size_t>(vertex)];
-    }
+    int degree(int vertex) const { return offsets[at(vertex) + 1] - offsets[at(vertex)]; }
 };
 
 /// One-rings of the edges of `faces` (any connectivity, non-manifold included).

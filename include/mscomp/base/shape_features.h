@@ -5,6 +5,7 @@
 #include <span>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 
@@ -32,12 +33,12 @@ class MemoryFeatures final : public ShapeFeatures {
     }
     int vertex_count() const override { return vertex_count_; }
     std::span<const float> shape(int index) const override {
-        return features_.subspan(static_cast<std::size_t>(index) * width(), width());
+        return features_.subspan(at(index) * width(), width());
     }
     void forget(int) const override {}
 
   private:
-    std::size_t width() const { return static_cast<std::size_t>(vertex_count_) * kFeatureDim; }
+    std::size_t width() const { return at(vertex_count_) * kFeatureDim; }
 
     std::span<const float> features_;
     int vertex_count_;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/acap/extract.h"
+#include "mscomp/acap/edge_weights.h"
 #include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/feature_set.h"
 

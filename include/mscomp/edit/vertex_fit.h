@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/acap/extract.h"
+#include "mscomp/acap/edge_weights.h"
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/mesh_data.h"
-#include "mscomp/nn/code_decoder.h"
+#include "nn/code_decoder.h"
 
 namespace mscomp {
 

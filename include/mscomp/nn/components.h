@@ -9,7 +9,7 @@
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/nn/config.h"
-#include "mscomp/nn/model.h"
+#include "nn/model.h"
 
 namespace mscomp::nn {
 

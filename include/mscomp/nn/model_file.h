@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/model.h"
+#include "nn/model.h"
 
 namespace mscomp::nn {
 

@@ -8,6 +8,7 @@
 #include "connectivity_report.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
@@ -50,7 +51,7 @@ void check_range(int vertex_count, const std::vector<Face>& faces) {
 /// Adds what fits a manifold to `mesh` and returns the faces that do not.
 std::vector<Face> add_faces(int vertex_count, const std::vector<Face>& faces, HalfEdgeMesh& mesh) {
     const QuietOpenMesh quiet;
-    mesh.reserve(static_cast<std::size_t>(vertex_count), faces.size() * 3 / 2, faces.size());
+    mesh.reserve(at(vertex_count), faces.size() * 3 / 2, faces.size());
     for (int i = 0; i < vertex_count; ++i) mesh.new_vertex();
     std::vector<Face> refused;
     for (const Face& face : faces) {
@@ -69,8 +70,7 @@ OneRings rings_of(const HalfEdgeMesh& mesh, const OneRings& beside) {
     std::vector<int> ring;
     for (int i = 0; i < beside.vertex_count(); ++i) {
         const auto begin = beside.neighbors.begin();
-        ring.assign(begin + beside.offsets[static_cast<std::size_t>(i)],
-                    begin + beside.offsets[static_cast<std::size_t>(i) + 1]);
+        ring.assign(begin + beside.offsets[at(i)], begin + beside.offsets[at(i) + 1]);
         for (const auto neighbor : mesh.vv_range(mesh.vertex_handle(static_cast<unsigned>(i)))) {
             ring.push_back(neighbor.idx());
         }

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -109,7 +111,7 @@ class ReportBuilder {
             }
         }
         std::sort(sides.begin(), sides.end());
-        DisjointSets loops(static_cast<std::size_t>(rings_.vertex_count()));
+        DisjointSets loops(at(rings_.vertex_count()));
         std::vector<int> on_boundary;
         Side first{};
         for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
@@ -120,7 +122,7 @@ class ReportBuilder {
             }
             if (end - begin == 1) {
                 ++report_.boundary_edges;
-                loops.join(static_cast<std::size_t>(side.low), static_cast<std::size_t>(side.high));
+                loops.join(at(side.low), at(side.high));
                 on_boundary.push_back(side.low);
             } else if (end - begin > 2 || side.upwards == sides[begin + 1].upwards) {
                 if (report_.non_manifold_edges++ == 0) first = side;
@@ -136,8 +138,7 @@ class ReportBuilder {
 
     void count_loops(DisjointSets& loops, const std::vector<int>& on_boundary) {
         std::vector<std::size_t> roots;
-        for (const int vertex : on_boundary)
-            roots.push_back(loops.find(static_cast<std::size_t>(vertex)));
+        for (const int vertex : on_boundary) roots.push_back(loops.find(at(vertex)));
         std::sort(roots.begin(), roots.end());
         report_.boundary_loops =
             static_cast<int>(std::unique(roots.begin(), roots.end()) - roots.begin());
@@ -149,11 +150,10 @@ class ReportBuilder {
 
     /// Place of `neighbor` in the ring of `vertex`, counted over all rings.
     std::size_t place(int vertex, int neighbor) const {
-        const auto at = static_cast<std::size_t>(vertex);
-        const auto begin = rings_.neighbors.begin() + rings_.offsets[at];
-        const auto end = rings_.neighbors.begin() + rings_.offsets[at + 1];
-        return static_cast<std::size_t>(std::lower_bound(begin, end, neighbor) -
-                                        rings_.neighbors.begin());
+        const auto place = at(vertex);
+        const auto begin = rings_.neighbors.begin() + rings_.offsets[place];
+        const auto end = rings_.neighbors.begin() + rings_.offsets[place + 1];
+        return at(std::lower_bound(begin, end, neighbor) - rings_.neighbors.begin());
     }
 
     /// The faces around a vertex form one fan exactly if their far edges connect its neighbours.
@@ -171,10 +171,9 @@ class ReportBuilder {
         }
         int first = -1;
         for (int vertex = 0; vertex < rings_.vertex_count(); ++vertex) {
-            const auto at = static_cast<std::size_t>(vertex);
+            const auto place = at(vertex);
             int count = 0;
-            for (auto i = static_cast<std::size_t>(rings_.offsets[at]);
-                 i < static_cast<std::size_t>(rings_.offsets[at + 1]); ++i) {
+            for (auto i = at(rings_.offsets[place]); i < at(rings_.offsets[place + 1]); ++i) {
                 if (in_face[i] != 0 && fans.find(i) == i) ++count;
             }
             if (count < 2) continue;
@@ -189,7 +188,7 @@ class ReportBuilder {
         const std::vector<int> component = connected_components(rings_);
         std::vector<char> in_face(component.size(), 0);
         for (const Face& face : faces_) {
-            for (const int corner : face) in_face[static_cast<std::size_t>(corner)] = 1;
+            for (const int corner : face) in_face[at(corner)] = 1;
         }
         int first_isolated = -1;
         std::vector<int> used;

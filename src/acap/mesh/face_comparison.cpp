@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <compare>
 
+#include "mscomp/base/index.h"
+
 namespace mscomp {
 namespace {
 
@@ -11,14 +13,14 @@ namespace {
 /// candidates advance; the one that loses a comparison also rules out the starts passed on the way.
 std::size_t smallest_rotation(std::span<const int> face) {
     const std::size_t count = face.size();
-    const auto at = [&](std::size_t i) { return face[i < count ? i : i - count]; };
+    const auto corner = [&](std::size_t i) { return face[i < count ? i : i - count]; };
     std::size_t a = 0, b = 1, equal = 0;
     while (a < count && b < count && equal < count) {
-        if (at(a + equal) == at(b + equal)) {
+        if (corner(a + equal) == corner(b + equal)) {
             ++equal;
             continue;
         }
-        (at(a + equal) > at(b + equal) ? a : b) += equal + 1;
+        (corner(a + equal) > corner(b + equal) ? a : b) += equal + 1;
         if (a == b) ++b;
         equal = 0;
     }
@@ -47,12 +49,12 @@ SortedFaces::SortedFaces(const PolygonMesh& mesh) : ends_(mesh.ends) {
 void SortedFaces::sort_by_first_corner(std::size_t vertex_count) {
     std::vector<std::size_t> next(vertex_count + 1);
     for (std::size_t i = 0; i < ends_.size(); ++i) {
-        ++next[static_cast<std::size_t>(face(i).front()) + 1];
+        ++next[at(face(i).front()) + 1];
     }
     for (std::size_t v = 0; v < vertex_count; ++v) next[v + 1] += next[v];
     order_.resize(ends_.size());
     for (std::size_t i = 0; i < ends_.size(); ++i) {
-        order_[next[static_cast<std::size_t>(face(i).front())]++] = i;
+        order_[next[at(face(i).front())]++] = i;
     }
 }
 

@@ -12,6 +12,7 @@
 #include "face_comparison.h"
 #include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "polygon_mesh.h"
 
@@ -122,7 +123,7 @@ int MeshFiles::vertex_count() const { return static_cast<int>(state_->reference.
 
 std::vector<Point> MeshFiles::shape(int index) const {
     if (index == 0) return state_->reference.vertices;
-    const std::string& path = state_->paths[static_cast<std::size_t>(index)];
+    const std::string& path = state_->paths[at(index)];
     PolygonMesh mesh = read_polygons(path);
     state_->connectivity.check(mesh, path);
     return std::move(mesh.vertices);
@@ -135,7 +136,7 @@ MeshSequence read_sequence(const std::vector<std::string>& paths) {
     sequence.faces = files.faces();
     sequence.shapes.resize(paths.size());
     parallel_for(files.shape_count(), [&](std::int64_t i) {
-        sequence.shapes[static_cast<std::size_t>(i)] = files.shape(static_cast<int>(i));
+        sequence.shapes[at(i)] = files.shape(static_cast<int>(i));
     });
     return sequence;
 }

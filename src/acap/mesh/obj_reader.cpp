@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "number_text.h"
 #include "polygon_mesh.h"
 #include "text_cursor.h"
@@ -89,38 +90,38 @@ class ObjReader {
 
     /// The usual line, three short numbers and nothing else, without the detours of read_vertex.
     bool read_plain_vertex() {
-        const char* at = at_;
+        const char* place = at_;
         Point point;
         for (double& coordinate : point) {
-            while (at != end_ && is_blank(*at)) ++at;
+            while (place != end_ && is_blank(*place)) ++place;
             NumberText number;
-            if (!detail::read_short_number(at, end_, number)) return false;
+            if (!detail::read_short_number(place, end_, number)) return false;
             coordinate = number.value;
-            at = number.end;
-            if (at == end_ || !(is_blank(*at) || is_line_end(*at))) return false;
+            place = number.end;
+            if (place == end_ || !(is_blank(*place) || is_line_end(*place))) return false;
         }
-        if (!is_line_end(*at)) return false;
-        at_ = at;
+        if (!is_line_end(*place)) return false;
+        at_ = place;
         mesh_.vertices.push_back(point);
         return true;
     }
 
     /// Likewise three plain indices of vertices already read.
     bool read_plain_triangle() {
-        const char* at = at_;
+        const char* place = at_;
         std::array<int, 3> corners;
         for (int& corner : corners) {
-            while (at != end_ && is_blank(*at)) ++at;
+            while (place != end_ && is_blank(*place)) ++place;
             std::uint64_t index = 0;
-            const std::ptrdiff_t count = detail::read_digits(at, end_, index);
+            const std::ptrdiff_t count = detail::read_digits(place, end_, index);
             if (count == 0 || count > kDigitsThatFit || index - 1 >= mesh_.vertices.size() ||
-                at == end_ || !(is_blank(*at) || is_line_end(*at))) {
+                place == end_ || !(is_blank(*place) || is_line_end(*place))) {
                 return false;
             }
             corner = static_cast<int>(index - 1);
         }
-        if (!is_line_end(*at)) return false;
-        at_ = at;
+        if (!is_line_end(*place)) return false;
+        at_ = place;
         mesh_.corners.insert(mesh_.corners.end(), corners.begin(), corners.end());
         mesh_.ends.push_back(mesh_.corners.size());
         return true;
@@ -172,20 +173,21 @@ class ObjReader {
 
     /// v, v/vt, v//vn or v/vt/vn; only v is used.
     int read_corner() {
-        const char* at = at_;
+        const char* place = at_;
         std::int64_t index = 0;
-        if (!read_integer(at, index)) fail_corner();
-        const std::string_view first_part(at_, static_cast<std::size_t>(at - at_));
-        for (int part = 0; part < 2 && at != end_ && *at == '/'; ++part) {
-            ++at;
+        if (!read_integer(place, index)) fail_corner();
+        const std::string_view first_part(at_, at(place - at_));
+        for (int part = 0; part < 2 && place != end_ && *place == '/'; ++part) {
+            ++place;
             std::int64_t unused = 0;
-            if (at != end_ && !at_token_end(at) && *at != '/' && !read_integer(at, unused)) {
+            if (place != end_ && !at_token_end(place) && *place != '/' &&
+                !read_integer(place, unused)) {
                 fail_corner();
             }
         }
-        if (!at_token_end(at)) fail_corner();
+        if (!at_token_end(place)) fail_corner();
         const int vertex = vertex_of(index, first_part);
-        at_ = at;
+        at_ = place;
         return vertex;
     }
 
@@ -209,8 +211,8 @@ class ObjReader {
         return static_cast<int>(known + index);
     }
 
-    bool read_integer(const char*& at, std::int64_t& value) const {
-        const char* digits = at;
+    bool read_integer(const char*& place, std::int64_t& value) const {
+        const char* digits = place;
         const bool negative = digits != end_ && *digits == '-';
         if (negative) ++digits;
         const char* const first = digits;
@@ -222,7 +224,7 @@ class ObjReader {
         constexpr std::int64_t huge = 999'999'999'999'999'999;
         value = count > kDigitsThatFit ? huge : static_cast<std::int64_t>(size);
         if (negative) value = -value;
-        at = digits;
+        place = digits;
         return true;
     }
 
@@ -235,7 +237,7 @@ class ObjReader {
                                                   "such as 'f 1 2 3'",
                                                   mesh_.vertices.size()));
         }
-        if (mesh_.vertices.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+        if (mesh_.vertices.size() > at(std::numeric_limits<int>::max())) {
             throw InputError({path_}, fmt::format("has {} vertices, expected at most 2^31 - 1",
                                                   mesh_.vertices.size()));
         }
@@ -261,18 +263,18 @@ class ObjReader {
         }
     }
 
-    bool is_continuation(const char* at) const {
-        return at != end_ && *at == '\\' && at + 1 != end_ && is_line_end(at[1]);
+    bool is_continuation(const char* place) const {
+        return place != end_ && *place == '\\' && place + 1 != end_ && is_line_end(place[1]);
     }
     bool at_statement_end() const { return at_ == end_ || is_line_end(*at_) || *at_ == '#'; }
-    bool at_token_end(const char* at) const {
-        return at == end_ || is_blank(*at) || is_line_end(*at) || is_continuation(at);
+    bool at_token_end(const char* place) const {
+        return place == end_ || is_blank(*place) || is_line_end(*place) || is_continuation(place);
     }
 
     std::string_view token() const {
         const char* after = at_;
         while (!at_token_end(after)) ++after;
-        return {at_, static_cast<std::size_t>(after - at_)};
+        return {at_, at(after - at_)};
     }
 
     void finish_statement() {

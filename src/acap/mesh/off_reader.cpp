@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "polygon_mesh.h"
 #include "text_cursor.h"
 
@@ -29,9 +30,9 @@ class OffReader {
     PolygonMesh read() {
         read_keyword();
         read_counts();
-        mesh_.vertices.reserve(static_cast<std::size_t>(vertex_count_));
-        mesh_.ends.reserve(static_cast<std::size_t>(face_count_));
-        mesh_.corners.reserve(static_cast<std::size_t>(3 * face_count_));
+        mesh_.vertices.reserve(at(vertex_count_));
+        mesh_.ends.reserve(at(face_count_));
+        mesh_.corners.reserve(at(3 * face_count_));
         for (std::int64_t i = 0; i < vertex_count_; ++i) read_vertex(i);
         for (std::int64_t i = 0; i < face_count_; ++i) read_face(i);
         to_content();
@@ -55,10 +56,10 @@ class OffReader {
         }
         prefixes.remove_suffix(3);
         for (const std::string_view known : {"ST", "C", "N"}) {
-            const std::size_t at = prefixes.find(known);
-            if (at == 0) {
+            const std::size_t place = prefixes.find(known);
+            if (place == 0) {
                 prefixes.remove_prefix(known.size());
-            } else if (at != std::string_view::npos && at + known.size() == prefixes.size()) {
+            } else if (place != std::string_view::npos && place + known.size() == prefixes.size()) {
                 prefixes.remove_suffix(known.size());
             }
         }

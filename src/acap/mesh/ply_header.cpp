@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "number_text.h"
 #include "text_cursor.h"
 
@@ -91,13 +92,13 @@ class HeaderReader {
 
     void split_words() {
         words_.clear();
-        for (std::size_t at = 0;;) {
-            at = line_text_.find_first_not_of(" \t\r", at);
-            if (at == std::string_view::npos) return;
+        for (std::size_t place = 0;;) {
+            place = line_text_.find_first_not_of(" \t\r", place);
+            if (place == std::string_view::npos) return;
             const std::size_t after =
-                std::min(line_text_.find_first_of(" \t\r", at), line_text_.size());
-            words_.push_back(line_text_.substr(at, after - at));
-            at = after;
+                std::min(line_text_.find_first_of(" \t\r", place), line_text_.size());
+            words_.push_back(line_text_.substr(place, after - place));
+            place = after;
         }
     }
 
@@ -211,7 +212,7 @@ void check_counts(const PlyHeader& header, std::size_t file_size, const std::str
 
 std::size_t size_of(PlyType type) {
     constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
-    return sizes[static_cast<std::size_t>(type)];
+    return sizes[at(type)];
 }
 
 bool is_integer(PlyType type) { return type < PlyType::f32; }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
 #include "number_text.h"
 #include "ply_header.h"
 #include "ply_rows.h"
@@ -109,8 +110,8 @@ class PlyReader {
         if (vertex.count > std::numeric_limits<int>::max()) {
             throw InputError({path_, vertex.line}, "has more than 2^31 - 1 vertices");
         }
-        mesh_.vertices.reserve(static_cast<std::size_t>(vertex.count));
-        mesh_.ends.reserve(static_cast<std::size_t>(face.count));
+        mesh_.vertices.reserve(at(vertex.count));
+        mesh_.ends.reserve(at(face.count));
         for (const PlyElement& element : header_.elements) {
             // Rows without properties take no bytes, however many the header claims.
             if (element.properties.empty()) continue;

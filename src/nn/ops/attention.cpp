@@ -8,7 +8,8 @@
 #include "../kernels/kernels.h"
 #include "batch.h"
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/ops.h"
+#include "mscomp/base/index.h"
+#include "nn/ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -44,7 +45,7 @@ class AttentionMask final : public Op<T> {
                 if (power_ != 1.0) sharpen(columns.q, columns.s);
                 const std::span<T> column = power_ != 1.0 ? columns.s : columns.q;
                 for (std::int64_t k = 0; k < components_; ++k) {
-                    mask[mask_at(a, k, v)] = column[static_cast<std::size_t>(k)];
+                    mask[mask_at(a, k, v)] = column[at(k)];
                 }
             }
         });
@@ -56,7 +57,7 @@ class AttentionMask final : public Op<T> {
             for (int v = b; v < e; ++v) {
                 const T total = shares(tape, a, v, columns.q);
                 for (std::int64_t k = 0; k < components_; ++k) {
-                    columns.dq[static_cast<std::size_t>(k)] = tape.grad(mask_)[mask_at(a, k, v)];
+                    columns.dq[at(k)] = tape.grad(mask_)[mask_at(a, k, v)];
                 }
                 if (power_ != 1.0) sharpen_backward(columns);
                 add_share_gradients(tape, a, v, columns.q, columns.dq, total);
@@ -90,10 +91,10 @@ class AttentionMask final : public Op<T> {
 
   private:
     std::size_t weights_at(std::int64_t a, std::int64_t k, std::int64_t v) const {
-        return static_cast<std::size_t>(((a * components_ + k) * vertices_ + v) * kFeatureDim);
+        return at(((a * components_ + k) * vertices_ + v) * kFeatureDim);
     }
     std::size_t mask_at(std::int64_t a, std::int64_t k, std::int64_t v) const {
-        return static_cast<std::size_t>((a * components_ + k) * vertices_ + v);
+        return at((a * components_ + k) * vertices_ + v);
     }
 
     /// Memory of this thread for one vertex.
@@ -101,7 +102,7 @@ class AttentionMask final : public Op<T> {
         std::span<T> q, s, dq;
         explicit Columns(std::int64_t components) {
             thread_local std::vector<T> memory;
-            const auto count = static_cast<std::size_t>(components);
+            const auto count = at(components);
             if (memory.size() < 3 * count) memory.resize(3 * count);
             q = std::span<T>(memory).first(count);
             s = std::span<T>(memory).subspan(count, count);
@@ -113,7 +114,7 @@ class AttentionMask final : public Op<T> {
     T shares(Tape<T>& tape, std::int64_t a, std::int64_t v, std::span<T> q) const {
         T total = 0;
         for (std::int64_t k = 0; k < components_; ++k) {
-            T& entry = q[static_cast<std::size_t>(k)];
+            T& entry = q[at(k)];
             entry = squared_norm(&tape.value(weights_)[weights_at(a, k, v)]) + epsilon_;
             total += entry;
         }
@@ -167,10 +168,10 @@ class AttentionMask final : public Op<T> {
         T inner = 0;
         for (std::size_t k = 0; k < q.size(); ++k) inner += q[k] * dq[k];
         for (std::int64_t k = 0; k < components_; ++k) {
-            const T da = (dq[static_cast<std::size_t>(k)] - inner) / total;
-            const std::size_t at = weights_at(a, k, v);
+            const T da = (dq[at(k)] - inner) / total;
+            const std::size_t place = weights_at(a, k, v);
             for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                tape.grad(weights_)[at + c] += 2 * tape.value(weights_)[at + c] * da;
+                tape.grad(weights_)[place + c] += 2 * tape.value(weights_)[place + c] * da;
             }
         }
     }
@@ -230,10 +231,10 @@ class MaskedResidual final : public Op<T> {
         std::vector<T> out;
         for (std::int64_t child = 0; child < parents_ * children_; ++child) {
             for (std::int64_t i = 0; i < rows(); ++i) {
-                const auto at = static_cast<std::size_t>(child / children_ * rows() + i);
+                const auto place = at(child / children_ * rows() + i);
                 const std::int64_t v = i / (kFeatureDim * lanes_);
                 const T weight = mask_.valid() ? mask_row(tape, child)[v] : T{1};
-                out.push_back(weight * (tape.value(x_)[at] - tape.value(y_)[at]));
+                out.push_back(weight * (tape.value(x_)[place] - tape.value(y_)[place]));
             }
         }
         return out;

@@ -6,11 +6,10 @@
 #include <cmath>
 
 #include "batch.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp::nn {
 namespace {
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// Output of the decoder where nothing acts.
 template <class T>

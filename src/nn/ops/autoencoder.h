@@ -9,7 +9,8 @@
 
 #include "../kernels/kernels.h"
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/fused.h"
+#include "mscomp/base/index.h"
+#include "nn/fused.h"
 
 namespace mscomp::nn {
 
@@ -108,9 +109,7 @@ class Autoencoder final : public Op<T> {
     std::int64_t code_size() const { return std::int64_t{sizes_.components} * lanes_; }
     T* error_of(Tape<T>& tape, int a);
     T* input_grad_of(int a);
-    T factor_of(Tape<T>& tape, int a) const {
-        return factor(tape.grad(outputs_.error)[static_cast<std::size_t>(a)]);
-    }
+    T factor_of(Tape<T>& tape, int a) const { return factor(tape.grad(outputs_.error)[at(a)]); }
     T factor(T error_grad) const { return 2 * error_grad / static_cast<T>(lane_mask_.active); }
     const T* moments_of(int a) const;
     bool wants_source_grad(Tape<T>& tape) const {

@@ -5,13 +5,12 @@
 
 #include "autoencoder.h"
 #include "batch.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp::nn {
 namespace {
 
 constexpr std::int64_t kScratchRows = 16;
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
 
 /// Memory of this thread for `count` values.
 template <class T>

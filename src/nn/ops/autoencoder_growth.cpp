@@ -4,6 +4,7 @@
 
 #include "autoencoder.h"
 #include "batch.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp::nn {
 
@@ -11,7 +12,6 @@ namespace mscomp::nn {
 /// the constant output elsewhere, and the encoder evaluated everywhere.
 template <class T>
 void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>& grads) const {
-    const auto at = [](std::int64_t index) { return static_cast<std::size_t>(index); };
     const std::int64_t packed_row = std::int64_t{kFeatureDim} * sizes_.padded;
     const ActiveVertices& active = supports_.of(a);
     const Work& work = work_[at(a)];

@@ -3,13 +3,10 @@
 #include <cmath>
 
 #include "autoencoder.h"
+#include "mscomp/base/index.h"
 
 namespace mscomp::nn {
-namespace {
-
-std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
-
-}  // namespace
+namespace {}  // namespace
 
 template <class T>
 std::vector<T> Autoencoder<T>::reference(Tape<T>& tape) const {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/tape.h"
+#include "nn/tape.h"
 
 namespace mscomp::nn {
 

@@ -5,7 +5,8 @@
 #include "../kernels/kernels.h"
 #include "../kernels/spectral_kernels.h"
 #include "batch.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "mscomp/base/index.h"
+#include "nn/spectral_ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -89,8 +90,6 @@ class ChebConv final : public Op<T> {
     }
 
   private:
-    static std::size_t at(std::int64_t index) { return static_cast<std::size_t>(index); }
-
     /// Fills terms 1 .. H-1 behind term 0, rows of `channels` x lanes.
     void expand_terms(AlignedVector<T>& terms, int channels) {
         const int row = channels * lanes_;
@@ -196,8 +195,7 @@ class TransposeFilters final : public Op<T> {
         for (std::int64_t h = 0; h < order_; ++h) {
             for (std::int64_t o = 0; o < out_; ++o) {
                 for (std::int64_t c = 0; c < in_; ++c) {
-                    result.push_back(
-                        tape.value(theta_)[static_cast<std::size_t>((h * in_ + c) * out_ + o)]);
+                    result.push_back(tape.value(theta_)[at((h * in_ + c) * out_ + o)]);
                 }
             }
         }
@@ -210,8 +208,7 @@ class TransposeFilters final : public Op<T> {
         for (std::int64_t h = 0; h < order_; ++h) {
             for (std::int64_t c = 0; c < in_; ++c) {
                 for (std::int64_t o = 0; o < out_; ++o) {
-                    visit(static_cast<std::size_t>((h * in_ + c) * out_ + o),
-                          static_cast<std::size_t>((h * out_ + o) * in_ + c));
+                    visit(at((h * in_ + c) * out_ + o), at((h * out_ + o) * in_ + c));
                 }
             }
         }

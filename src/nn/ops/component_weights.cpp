@@ -3,7 +3,8 @@
 #include "../kernels/kernels.h"
 #include "batch.h"
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/ops.h"
+#include "mscomp/base/index.h"
+#include "nn/ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -24,7 +25,7 @@ template <class T>
 void add_projection(const Layer& layer, const T* weights, const T* rows, AlignedVector<T>& partials,
                     T* codes) {
     const std::int64_t chunks = chunk_count(layer.vertices);
-    partials.assign(static_cast<std::size_t>(layer.autoencoders * chunks * layer.codes()), T{0});
+    partials.assign(at(layer.autoencoders * chunks * layer.codes()), T{0});
     for_each_chunk(layer.autoencoders, layer.vertices,
                    [&](std::int64_t a, std::int64_t chunk, int begin, int end) {
                        kernels<T>().project(weights + a * layer.weights(), layer.stride(),
@@ -95,10 +96,8 @@ class Project final : public Op<T> {
                 for (int l = 0; l < layer_.lanes; ++l) {
                     T sum = 0;
                     for (std::int64_t i = 0; i < layer_.stride(); ++i) {
-                        sum += weights[static_cast<std::size_t>(a * layer_.weights() +
-                                                                k * layer_.stride() + i)] *
-                               rows[static_cast<std::size_t>(a * layer_.rows() + i * layer_.lanes +
-                                                             l)];
+                        sum += weights[at(a * layer_.weights() + k * layer_.stride() + i)] *
+                               rows[at(a * layer_.rows() + i * layer_.lanes + l)];
                     }
                     codes.push_back(sum);
                 }
@@ -150,10 +149,8 @@ class Expand final : public Op<T> {
                 for (int l = 0; l < layer_.lanes; ++l) {
                     T sum = 0;
                     for (int k = 0; k < layer_.components; ++k) {
-                        sum += weights[static_cast<std::size_t>(a * layer_.weights() +
-                                                                k * layer_.stride() + i)] *
-                               codes[static_cast<std::size_t>(a * layer_.codes() +
-                                                              k * layer_.lanes + l)];
+                        sum += weights[at(a * layer_.weights() + k * layer_.stride() + i)] *
+                               codes[at(a * layer_.codes() + k * layer_.lanes + l)];
                     }
                     rows.push_back(sum);
                 }

@@ -3,7 +3,8 @@
 
 #include "batch.h"
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/ops.h"
+#include "mscomp/base/index.h"
+#include "nn/ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -25,9 +26,9 @@ class GroupSparsity final : public Op<T> {
           components_(tape.extents(weights)[1]),
           vertices_(tape.extents(weights)[2]),
           omega_(tape.result("group_sparsity", {autoencoders_}, differentiable)) {
-        row_sums_.resize(static_cast<std::size_t>(autoencoders_ * components_));
+        row_sums_.resize(at(autoencoders_ * components_));
         if (differentiable) {
-            lambdas_.resize(static_cast<std::size_t>(autoencoders_ * components_ * vertices_));
+            lambdas_.resize(at(autoencoders_ * components_ * vertices_));
         }
     }
 
@@ -45,19 +46,17 @@ class GroupSparsity final : public Op<T> {
                 const double lambda = weight(row, acting[n]);
                 sum += lambda * length[n];
                 if (!lambdas_.empty()) {
-                    lambdas_[static_cast<std::size_t>(row * vertices_ + acting[n])] =
-                        static_cast<T>(lambda);
+                    lambdas_[at(row * vertices_ + acting[n])] = static_cast<T>(lambda);
                 }
             }
-            row_sums_[static_cast<std::size_t>(row)] = sum;
+            row_sums_[at(row)] = sum;
         });
         for (std::int64_t a = 0; a < autoencoders_; ++a) {
             double sum = 0;
             for (std::int64_t k = 0; k < components_; ++k) {
-                sum += row_sums_[static_cast<std::size_t>(a * components_ + k)];
+                sum += row_sums_[at(a * components_ + k)];
             }
-            tape.value(omega_)[static_cast<std::size_t>(a)] =
-                static_cast<T>(sum / static_cast<double>(components_));
+            tape.value(omega_)[at(a)] = static_cast<T>(sum / static_cast<double>(components_));
         }
     }
 
@@ -65,14 +64,12 @@ class GroupSparsity final : public Op<T> {
         parallel_for(autoencoders_ * components_, [&](std::int64_t row) {
             const T* c = tape.value(weights_).data() + row * vertices_ * kFeatureDim;
             T* dc = tape.grad(weights_).data() + row * vertices_ * kFeatureDim;
-            const double factor = static_cast<double>(tape.grad(
-                                      omega_)[static_cast<std::size_t>(row / components_)]) /
+            const double factor = static_cast<double>(tape.grad(omega_)[at(row / components_)]) /
                                   static_cast<double>(components_);
             const std::span<const int> acting = sparsity_.acting(row);
             for (std::size_t n = 0; n < acting.size(); ++n) {
                 const std::int64_t v = acting[n];
-                const auto lambda =
-                    static_cast<double>(lambdas_[static_cast<std::size_t>(row * vertices_ + v)]);
+                const auto lambda = static_cast<double>(lambdas_[at(row * vertices_ + v)]);
                 const double length = sparsity_.lengths(row)[n];
                 if (!(lambda > 0) || length == 0) continue;
                 const T scale = static_cast<T>(factor * lambda / length);
@@ -84,15 +81,14 @@ class GroupSparsity final : public Op<T> {
     }
 
     std::vector<T> reference(Tape<T>& tape) const override {
-        std::vector<T> omega(static_cast<std::size_t>(autoencoders_), T{0});
+        std::vector<T> omega(at(autoencoders_), T{0});
         for (std::int64_t row = 0; row < autoencoders_ * components_; ++row) {
             const T* c = tape.value(weights_).data() + row * vertices_ * kFeatureDim;
-            const SparsityRow around =
-                sparsity_.row(sparsity_.centers()[static_cast<std::size_t>(row)]);
+            const SparsityRow around = sparsity_.row(sparsity_.centers()[at(row)]);
             for (int v = 0; v < vertices_; ++v) {
-                omega[static_cast<std::size_t>(row / components_)] +=
-                    static_cast<T>(around.weight(v)) * norm(c + v * kFeatureDim) /
-                    static_cast<T>(components_);
+                omega[at(row / components_)] += static_cast<T>(around.weight(v)) *
+                                                norm(c + v * kFeatureDim) /
+                                                static_cast<T>(components_);
             }
         }
         return omega;
@@ -100,7 +96,7 @@ class GroupSparsity final : public Op<T> {
 
   private:
     double weight(std::int64_t row, std::int64_t v) const {
-        return (*rows_)[static_cast<std::size_t>(row)].weight(static_cast<int>(v));
+        return (*rows_)[at(row)].weight(static_cast<int>(v));
     }
 
     Var weights_;

@@ -5,7 +5,8 @@
 
 #include "../kernels/spectral_kernels.h"
 #include "batch.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "mscomp/base/index.h"
+#include "nn/spectral_ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -31,7 +32,7 @@ class LearnedSparsity final : public Op<T> {
           vertices_(tape.extents(weights)[2]),
           channels_(tape.extents(weights)[3]),
           omega_(tape.result("learned_sparsity", {1}, true)),
-          outside_(static_cast<std::size_t>(components_)) {}
+          outside_(at(components_)) {}
 
     std::string_view name() const override { return "learned_sparsity"; }
     Var output() const override { return omega_; }
@@ -39,8 +40,7 @@ class LearnedSparsity final : public Op<T> {
     void forward(Tape<T>& tape) override {
         centers_.focus(tape.value(weights_), static_cast<int>(channels_), tape.value(ranges_));
         parallel_for(components_, [&](std::int64_t k) {
-            outside_[static_cast<std::size_t>(k)] =
-                penalty(centers_.distances(k), centers_.lengths(k), range(tape, k));
+            outside_[at(k)] = penalty(centers_.distances(k), centers_.lengths(k), range(tape, k));
         });
         double sum = 0;
         for (const double x : outside_) sum += x;
@@ -51,7 +51,7 @@ class LearnedSparsity final : public Op<T> {
         const double factor =
             static_cast<double>(tape.grad(omega_)[0]) / static_cast<double>(components_);
         parallel_for(components_, [&](std::int64_t k) {
-            const auto n = static_cast<std::size_t>(k);
+            const auto n = at(k);
             double slope = outside_[n];
             if (straight_through_ == StraightThrough::identity) {
                 slope = penalty(centers_.distances(k), centers_.lengths(k), -1.0);
@@ -68,8 +68,7 @@ class LearnedSparsity final : public Op<T> {
                 if (!is_outside(tape, k, v)) continue;
                 T square = 0;
                 for (std::int64_t c = 0; c < channels_; ++c) {
-                    const T x = tape.value(
-                        weights_)[static_cast<std::size_t>((k * vertices_ + v) * channels_ + c)];
+                    const T x = tape.value(weights_)[at((k * vertices_ + v) * channels_ + c)];
                     square += x * x;
                 }
                 omega += std::sqrt(square);
@@ -80,19 +79,19 @@ class LearnedSparsity final : public Op<T> {
 
   private:
     double range(Tape<T>& tape, std::int64_t k) const {
-        return static_cast<double>(tape.value(ranges_)[static_cast<std::size_t>(k)]);
+        return static_cast<double>(tape.value(ranges_)[at(k)]);
     }
     bool is_outside(Tape<T>& tape, std::int64_t k, std::int64_t v) const {
-        return centers_.distances(k)[static_cast<std::size_t>(v)] > range(tape, k);
+        return centers_.distances(k)[at(v)] > range(tape, k);
     }
 
     void add_weight_gradient(Tape<T>& tape, std::int64_t k, double factor) {
         for (std::int64_t v = 0; v < vertices_; ++v) {
-            const T length = centers_.lengths(k)[static_cast<std::size_t>(v)];
+            const T length = centers_.lengths(k)[at(v)];
             if (length == 0 || !is_outside(tape, k, v)) continue;
             const T scale = static_cast<T>(factor / static_cast<double>(length));
-            const auto first = static_cast<std::size_t>((k * vertices_ + v) * channels_);
-            for (std::size_t i = first; i < first + static_cast<std::size_t>(channels_); ++i) {
+            const auto first = at((k * vertices_ + v) * channels_);
+            for (std::size_t i = first; i < first + at(channels_); ++i) {
                 tape.grad(weights_)[i] += scale * tape.value(weights_)[i];
             }
         }
@@ -112,15 +111,15 @@ class LearnedSparsity final : public Op<T> {
 template <class T>
 void ComponentCenters<T>::focus(std::span<const T> component_weights, int channels,
                                 std::span<const T> ranges) {
-    const auto vertices = static_cast<std::size_t>(distances_.vertex_count());
+    const auto vertices = at(distances_.vertex_count());
     const std::size_t count = ranges.size();
     lengths_.resize(count * vertices);
     std::vector<int> longest(count);
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
-        const std::size_t first = static_cast<std::size_t>(index) * vertices;
-        longest[static_cast<std::size_t>(index)] = spectral_kernels<T>().lengths(
-            component_weights.data() + first * static_cast<std::size_t>(channels), channels,
-            static_cast<int>(vertices), lengths_.data() + first);
+        const std::size_t first = at(index) * vertices;
+        longest[at(index)] =
+            spectral_kernels<T>().lengths(component_weights.data() + first * at(channels), channels,
+                                          static_cast<int>(vertices), lengths_.data() + first);
     });
     centers_.resize(count, -1);
     rows_.resize(count);
@@ -132,7 +131,7 @@ void ComponentCenters<T>::focus(std::span<const T> component_weights, int channe
         candidates[k] = distances_.row(longest[k]);
     }
     parallel_for(static_cast<std::int64_t>(count), [&](std::int64_t index) {
-        const auto k = static_cast<std::size_t>(index);
+        const auto k = at(index);
         if (centers_[k] == longest[k]) return;
         const auto range = static_cast<double>(ranges[k]);
         if (penalty(candidates[k], lengths(index), range) <
@@ -145,8 +144,8 @@ void ComponentCenters<T>::focus(std::span<const T> component_weights, int channe
 
 template <class T>
 std::span<const T> ComponentCenters<T>::lengths(std::int64_t k) const {
-    const auto size = static_cast<std::size_t>(distances_.vertex_count());
-    return std::span<const T>(lengths_).subspan(static_cast<std::size_t>(k) * size, size);
+    const auto size = at(distances_.vertex_count());
+    return std::span<const T>(lengths_).subspan(at(k) * size, size);
 }
 
 template <class T>

@@ -7,7 +7,8 @@
 #include "../kernels/kernels.h"
 #include "batch.h"
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/ops.h"
+#include "mscomp/base/index.h"
+#include "nn/ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -29,23 +30,22 @@ class SquaredError final : public Op<T> {
 
     void forward(Tape<T>& tape) override {
         const std::int64_t chunks = chunk_count(vertices_);
-        partials_.assign(static_cast<std::size_t>(autoencoders_ * chunks), 0.0);
+        partials_.assign(at(autoencoders_ * chunks), 0.0);
         for_each_chunk(autoencoders_, vertices_, [&](std::int64_t a, std::int64_t c, int b, int e) {
-            partials_[static_cast<std::size_t>(a * chunks + c)] = kernels<T>().squared_error(
+            partials_[at(a * chunks + c)] = kernels<T>().squared_error(
                 tape.value(x_).data() + a * rows(), tape.value(y_).data() + a * rows(),
                 lane_mask_.weight.data(), lanes_, b, e);
         });
         for (std::int64_t a = 0; a < autoencoders_; ++a) {
             const auto first = partials_.begin() + a * chunks;
-            tape.value(error_)[static_cast<std::size_t>(a)] =
+            tape.value(error_)[at(a)] =
                 static_cast<T>(std::accumulate(first, first + chunks, 0.0) / lane_mask_.active);
         }
     }
 
     void backward(Tape<T>& tape) override {
         for_each_chunk(autoencoders_, vertices_, [&](std::int64_t a, std::int64_t, int b, int e) {
-            const T factor = 2 * tape.grad(error_)[static_cast<std::size_t>(a)] /
-                             static_cast<T>(lane_mask_.active);
+            const T factor = 2 * tape.grad(error_)[at(a)] / static_cast<T>(lane_mask_.active);
             kernels<T>().squared_error_backward(
                 tape.value(x_).data() + a * rows(), tape.value(y_).data() + a * rows(),
                 lane_mask_.weight.data(), factor, lanes_, b, e,
@@ -55,13 +55,12 @@ class SquaredError final : public Op<T> {
     }
 
     std::vector<T> reference(Tape<T>& tape) const override {
-        std::vector<T> error(static_cast<std::size_t>(autoencoders_), T{0});
+        std::vector<T> error(at(autoencoders_), T{0});
         for (std::int64_t i = 0; i < autoencoders_ * rows(); ++i) {
-            const auto at = static_cast<std::size_t>(i);
-            const T difference = tape.value(x_)[at] - tape.value(y_)[at];
-            error[static_cast<std::size_t>(i / rows())] +=
-                lane_mask_.weight[static_cast<std::size_t>(i % lanes_)] * difference * difference /
-                static_cast<T>(lane_mask_.active);
+            const auto place = at(i);
+            const T difference = tape.value(x_)[place] - tape.value(y_)[place];
+            error[at(i / rows())] += lane_mask_.weight[at(i % lanes_)] * difference * difference /
+                                     static_cast<T>(lane_mask_.active);
         }
         return error;
     }
@@ -100,31 +99,31 @@ class RangePenalty final : public Op<T> {
                 // Not std::max: a NaN has to come through.
                 sum += excess < 0 ? T{0} : excess;
             }
-            tape.value(penalty_)[static_cast<std::size_t>(a)] = sum / static_cast<T>(components_);
+            tape.value(penalty_)[at(a)] = sum / static_cast<T>(components_);
         }
     }
 
     void backward(Tape<T>& tape) override {
         for (std::int64_t a = 0; a < autoencoders_; ++a) {
-            const T factor =
-                tape.grad(penalty_)[static_cast<std::size_t>(a)] / static_cast<T>(components_);
+            const T factor = tape.grad(penalty_)[at(a)] / static_cast<T>(components_);
             for (std::int64_t k = 0; k < components_; ++k) {
-                const std::size_t at = widest(tape, a, k);
-                const T code = tape.value(codes_)[at];
-                if (std::abs(code) > limit_) tape.grad(codes_)[at] += code > 0 ? factor : -factor;
+                const std::size_t place = widest(tape, a, k);
+                const T code = tape.value(codes_)[place];
+                if (std::abs(code) > limit_)
+                    tape.grad(codes_)[place] += code > 0 ? factor : -factor;
             }
         }
     }
 
     std::vector<T> reference(Tape<T>& tape) const override {
-        std::vector<T> penalty(static_cast<std::size_t>(autoencoders_), T{0});
+        std::vector<T> penalty(at(autoencoders_), T{0});
         for (std::int64_t row = 0; row < autoencoders_ * components_; ++row) {
             T largest = 0;
             for (std::int64_t m = 0; m < lane_mask_.active; ++m) {
-                const auto at = static_cast<std::size_t>(row * lanes_ + m);
-                largest = std::max(largest, std::abs(tape.value(codes_)[at]));
+                const auto place = at(row * lanes_ + m);
+                largest = std::max(largest, std::abs(tape.value(codes_)[place]));
             }
-            penalty[static_cast<std::size_t>(row / components_)] +=
+            penalty[at(row / components_)] +=
                 std::max(largest - limit_, T{0}) / static_cast<T>(components_);
         }
         return penalty;
@@ -133,12 +132,12 @@ class RangePenalty final : public Op<T> {
   private:
     /// Where |z| is largest over the active shapes, the first of equals.
     std::size_t widest(Tape<T>& tape, std::int64_t a, std::int64_t k) const {
-        const auto first = static_cast<std::size_t>((a * components_ + k) * lanes_);
+        const auto first = at((a * components_ + k) * lanes_);
         std::size_t best = first;
         for (int m = 0; m < lane_mask_.active; ++m) {
-            const std::size_t at = first + static_cast<std::size_t>(m);
-            if (!(std::abs(tape.value(codes_)[at]) <= std::abs(tape.value(codes_)[best]))) {
-                best = at;
+            const std::size_t place = first + at(m);
+            if (!(std::abs(tape.value(codes_)[place]) <= std::abs(tape.value(codes_)[best]))) {
+                best = place;
             }
         }
         return best;

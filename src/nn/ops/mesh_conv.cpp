@@ -6,7 +6,8 @@
 #include "../kernels/kernels.h"
 #include "batch.h"
 #include "mscomp/base/feature_set.h"
-#include "mscomp/nn/ops.h"
+#include "mscomp/base/index.h"
+#include "nn/ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -22,7 +23,7 @@ Matrix<T> oriented(const T* w, bool transposed) {
     for (int o = 0; o < kFeatureDim; ++o) {
         for (int c = 0; c < kFeatureDim; ++c) {
             const int from = transposed ? c * kFeatureDim + o : o * kFeatureDim + c;
-            m[static_cast<std::size_t>(o * kFeatureDim + c)] = w[from];
+            m[at(o * kFeatureDim + c)] = w[from];
         }
     }
     return m;
@@ -44,8 +45,7 @@ class MeshConv final : public Op<T> {
           vertices_(rings.vertex_count()),
           lanes_(static_cast<int>(tape.extents(x)[3])),
           y_(tape.result("mesh_conv", tape.extents(x), true)) {
-        partials_.resize(static_cast<std::size_t>(autoencoders_ * chunk_count(vertices_)) *
-                         kPartial);
+        partials_.resize(at(autoencoders_ * chunk_count(vertices_)) * kPartial);
     }
 
     std::string_view name() const override { return "mesh_conv"; }
@@ -74,7 +74,7 @@ class MeshConv final : public Op<T> {
         T* dx = tape.needs_grad(x_) ? tape.grad(x_).data() : nullptr;
         for_each_chunk(autoencoders_, vertices_, [&](std::int64_t a, std::int64_t c, int b, int e) {
             thread_local AlignedVector<T> scratch;
-            scratch.resize(static_cast<std::size_t>(kVertexChunk * kFeatureDim * lanes_));
+            scratch.resize(at(kVertexChunk * kFeatureDim * lanes_));
             const Matrix<T> mp = oriented(matrix(tape.value(w_own_), a), transposed_);
             const Matrix<T> mn = oriented(matrix(tape.value(w_ring_), a), transposed_);
             kernels<T>().conv_backward(neighborhood(), tape.value(x_).data() + a * rows(),
@@ -88,8 +88,8 @@ class MeshConv final : public Op<T> {
     std::vector<T> reference(Tape<T>& tape) const override {
         const std::span<T> x = tape.value(x_);
         std::vector<T> y(x.size());
-        const auto at = [&](std::int64_t a, std::int64_t v, int c, int l) {
-            return static_cast<std::size_t>(a * rows() + (v * kFeatureDim + c) * lanes_ + l);
+        const auto place = [&](std::int64_t a, std::int64_t v, int c, int l) {
+            return at(a * rows() + (v * kFeatureDim + c) * lanes_ + l);
         };
         for (std::int64_t a = 0; a < autoencoders_; ++a) {
             const Matrix<T> mp = oriented(matrix(tape.value(w_own_), a), transposed_);
@@ -97,19 +97,18 @@ class MeshConv final : public Op<T> {
             for (std::int64_t v = 0; v < vertices_; ++v) {
                 for (int l = 0; l < lanes_; ++l) {
                     for (int o = 0; o < kFeatureDim; ++o) {
-                        T sum = tape.value(bias_)[static_cast<std::size_t>(a * kFeatureDim + o)];
+                        T sum = tape.value(bias_)[at(a * kFeatureDim + o)];
                         for (int c = 0; c < kFeatureDim; ++c) {
                             T mean = 0;
-                            for (int n = rings_.rings.offsets[static_cast<std::size_t>(v)];
-                                 n < rings_.rings.offsets[static_cast<std::size_t>(v) + 1]; ++n) {
-                                mean += x[at(a, rings_.rings.neighbors[static_cast<std::size_t>(n)],
-                                             c, l)];
+                            for (int n = rings_.rings.offsets[at(v)];
+                                 n < rings_.rings.offsets[at(v) + 1]; ++n) {
+                                mean += x[place(a, rings_.rings.neighbors[at(n)], c, l)];
                             }
-                            mean *= rings_.inverse_degree[static_cast<std::size_t>(v)];
-                            const auto i = static_cast<std::size_t>(o * kFeatureDim + c);
-                            sum += mp[i] * x[at(a, v, c, l)] + mn[i] * mean;
+                            mean *= rings_.inverse_degree[at(v)];
+                            const auto i = at(o * kFeatureDim + c);
+                            sum += mp[i] * x[place(a, v, c, l)] + mn[i] * mean;
                         }
-                        y[at(a, v, o, l)] = use_tanh_ ? std::tanh(sum) : sum;
+                        y[place(a, v, o, l)] = use_tanh_ ? std::tanh(sum) : sum;
                     }
                 }
             }
@@ -136,12 +135,11 @@ class MeshConv final : public Op<T> {
         const Matrix<T> own = oriented(sums.data(), transposed_);
         const Matrix<T> ring = oriented(sums.data() + kMatrix, transposed_);
         for (std::size_t i = 0; i < kMatrix; ++i) {
-            tape.grad(w_own_)[static_cast<std::size_t>(a) * kMatrix + i] += own[i];
-            tape.grad(w_ring_)[static_cast<std::size_t>(a) * kMatrix + i] += ring[i];
+            tape.grad(w_own_)[at(a) * kMatrix + i] += own[i];
+            tape.grad(w_ring_)[at(a) * kMatrix + i] += ring[i];
         }
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
-            tape.grad(bias_)[static_cast<std::size_t>(a) * kFeatureDim + c] +=
-                sums[2 * kMatrix + c];
+            tape.grad(bias_)[at(a) * kFeatureDim + c] += sums[2 * kMatrix + c];
         }
     }
 
@@ -158,11 +156,10 @@ class MeshConv final : public Op<T> {
 
 template <class T>
 RingTable<T>::RingTable(OneRings one_rings) : rings(std::move(one_rings)) {
-    inverse_degree.resize(static_cast<std::size_t>(rings.vertex_count()));
+    inverse_degree.resize(at(rings.vertex_count()));
     for (int v = 0; v < rings.vertex_count(); ++v) {
         const int degree = rings.degree(v);
-        inverse_degree[static_cast<std::size_t>(v)] =
-            degree > 0 ? T{1} / static_cast<T>(degree) : T{0};
+        inverse_degree[at(v)] = degree > 0 ? T{1} / static_cast<T>(degree) : T{0};
     }
 }
 

@@ -2,7 +2,8 @@
 // The fully connected layers of the VAE with any number of channels per vertex.
 #include "../kernels/spectral_kernels.h"
 #include "batch.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "mscomp/base/index.h"
+#include "nn/spectral_ops.h"
 #include "spectral_pieces.h"
 
 namespace mscomp::nn {
@@ -47,9 +48,8 @@ class ProjectMoments final : public Op<T> {
                 for (std::int64_t l = 0; l < size_.lanes; ++l) {
                     T sum = 0;
                     for (std::int64_t i = 0; i < size_.stride(); ++i) {
-                        sum +=
-                            tape.value(weights)[static_cast<std::size_t>(k * size_.stride() + i)] *
-                            tape.value(f_)[static_cast<std::size_t>(i * size_.lanes + l)];
+                        sum += tape.value(weights)[at(k * size_.stride() + i)] *
+                               tape.value(f_)[at(i * size_.lanes + l)];
                     }
                     moments.push_back(sum);
                 }
@@ -98,8 +98,8 @@ class ExpandCodes final : public Op<T> {
             for (std::int64_t l = 0; l < size_.lanes; ++l) {
                 T sum = 0;
                 for (std::int64_t k = 0; k < size_.components; ++k) {
-                    sum += tape.value(weights_)[static_cast<std::size_t>(k * size_.stride() + i)] *
-                           tape.value(codes_)[static_cast<std::size_t>(k * size_.lanes + l)];
+                    sum += tape.value(weights_)[at(k * size_.stride() + i)] *
+                           tape.value(codes_)[at(k * size_.lanes + l)];
                 }
                 rows.push_back(sum);
             }

@@ -3,7 +3,8 @@
 
 #include "../kernels/spectral_kernels.h"
 #include "batch.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "mscomp/base/index.h"
+#include "nn/spectral_ops.h"
 #include "spectral_filters.h"
 
 namespace mscomp::nn {
@@ -25,11 +26,11 @@ class SpectralDecoder final : public Op<T> {
           chunks_(chunk_count(size_.vertices)),
           error_(tape.result("squared_error", {1}, true)),
           filter_gradient_(chunks_, order_),
-          errors_(static_cast<std::size_t>(chunks_)) {
+          errors_(at(chunks_)) {
         // The last term of a piece lives in scratch; there is always room for the first.
-        terms_.resize(static_cast<std::size_t>(std::max(1, order_ - 1) * row(size_.vertices)));
-        slope_.resize(static_cast<std::size_t>(row(size_.vertices)));
-        partials_.resize(static_cast<std::size_t>(chunks_ * size_.codes()));
+        terms_.resize(at(std::max(1, order_ - 1) * row(size_.vertices)));
+        slope_.resize(at(row(size_.vertices)));
+        partials_.resize(at(chunks_ * size_.codes()));
         theta_back_.resize(tape.value(theta).size());
     }
 
@@ -60,7 +61,7 @@ class SpectralDecoder final : public Op<T> {
                     sum += k.error_slope(tape.value(x_).data() + row(v), lane_mask_.weight.data(),
                                          factor, size_.lanes, count, out);
                 });
-                errors_[static_cast<std::size_t>(chunk)] = sum;
+                errors_[at(chunk)] = sum;
             });
         double total = 0;
         for (const double error : errors_) total += error;
@@ -73,8 +74,8 @@ class SpectralDecoder final : public Op<T> {
         for (int h = 0; h < order_; ++h) {
             for (int n = 0; n < kFilterSize; ++n) {
                 const int from = n % kFeatureDim * kFeatureDim + n / kFeatureDim;
-                theta_back_[static_cast<std::size_t>(h * kFilterSize + n)] =
-                    upstream * tape.value(theta_)[static_cast<std::size_t>(h * kFilterSize + from)];
+                theta_back_[at(h * kFilterSize + n)] =
+                    upstream * tape.value(theta_)[at(h * kFilterSize + from)];
             }
         }
         transpose_codes(size_, tape.value(codes_).data(), transposed_);
@@ -109,8 +110,7 @@ class SpectralDecoder final : public Op<T> {
         T sum = 0;
         for (std::size_t i = 0; i < decoded.size(); ++i) {
             const T difference = decoded[i] - tape.value(x_)[i];
-            sum += lane_mask_.weight[i % static_cast<std::size_t>(size_.lanes)] * difference *
-                   difference;
+            sum += lane_mask_.weight[i % at(size_.lanes)] * difference * difference;
         }
         return {sum / static_cast<T>(lane_mask_.active)};
     }
@@ -137,13 +137,13 @@ class SpectralDecoder final : public Op<T> {
     std::array<const T*, kMostTerms> all_terms(T* first, int v, int count, Scratch<T>& scratch) {
         std::array<const T*, kMostTerms> terms{first + row(v)};
         for (int h = 1; h + 1 < order_; ++h) {
-            terms[static_cast<std::size_t>(h)] = term(h) + row(v);
+            terms[at(h)] = term(h) + row(v);
         }
         if (order_ > 1) {
             laplacian_.next_term(order_ - 1, term_of(first, order_ - 2),
                                  order_ > 2 ? term_of(first, order_ - 3) : nullptr,
                                  kFeatureDim * size_.lanes, v, v + count, scratch.rows.data());
-            terms[static_cast<std::size_t>(order_ - 1)] = scratch.rows.data();
+            terms[at(order_ - 1)] = scratch.rows.data();
         }
         return terms;
     }
@@ -156,7 +156,7 @@ class SpectralDecoder final : public Op<T> {
         k.filter(terms.data(), order_, theta_back_.data(), false, size_.lanes, count,
                  expanded_slope);
         for (int h = 0; h < order_; ++h) {
-            k.outer_9x9(term(0) + row(v), terms[static_cast<std::size_t>(h)], size_.lanes, count,
+            k.outer_9x9(term(0) + row(v), terms[at(h)], size_.lanes, count,
                         filter_gradient_.sums(chunk, h));
         }
         const std::int64_t first = std::int64_t{v} * kFeatureDim;

@@ -3,7 +3,8 @@
 
 #include "../kernels/spectral_kernels.h"
 #include "batch.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "mscomp/base/index.h"
+#include "nn/spectral_ops.h"
 #include "spectral_filters.h"
 
 namespace mscomp::nn {
@@ -21,8 +22,8 @@ class SpectralEncoder final : public Op<T> {
                 terms.vertex_count()},
           moments_(tape.result("moments", {2, size_.components, size_.lanes}, true)),
           filter_gradient_(chunk_count(size_.vertices), terms.order()) {
-        f_.resize(static_cast<std::size_t>(size_.stride() * size_.lanes));
-        partials_.resize(static_cast<std::size_t>(chunk_count(size_.vertices) * 2 * size_.codes()));
+        f_.resize(at(size_.stride() * size_.lanes));
+        partials_.resize(at(chunk_count(size_.vertices) * 2 * size_.codes()));
     }
 
     std::string_view name() const override { return "spectral_encoder"; }
@@ -98,8 +99,7 @@ class SpectralEncoder final : public Op<T> {
                     for (int h = 0; h < terms_.order(); ++h) {
                         for (int c = 0; c < kFeatureDim; ++c) {
                             sum += terms_.term(h)[row(v) + c * size_.lanes + l] *
-                                   tape.value(theta_)[static_cast<std::size_t>(
-                                       (h * kFeatureDim + c) * kFeatureDim + o)];
+                                   tape.value(theta_)[at((h * kFeatureDim + c) * kFeatureDim + o)];
                         }
                     }
                     f.push_back(std::tanh(sum));
@@ -112,9 +112,8 @@ class SpectralEncoder final : public Op<T> {
                 for (std::int64_t l = 0; l < size_.lanes; ++l) {
                     T sum = 0;
                     for (std::int64_t i = 0; i < size_.stride(); ++i) {
-                        sum +=
-                            tape.value(weights)[static_cast<std::size_t>(k * size_.stride() + i)] *
-                            f[static_cast<std::size_t>(i * size_.lanes + l)];
+                        sum += tape.value(weights)[at(k * size_.stride() + i)] *
+                               f[at(i * size_.lanes + l)];
                     }
                     moments.push_back(sum);
                 }
@@ -132,11 +131,11 @@ class SpectralEncoder final : public Op<T> {
         return tape.grad(moments_).data() + which * size_.codes();
     }
     std::array<const T*, kMostTerms> terms_at(int v) const {
-        std::array<const T*, kMostTerms> at{};
+        std::array<const T*, kMostTerms> place{};
         for (int h = 0; h < terms_.order(); ++h) {
-            at[static_cast<std::size_t>(h)] = terms_.term(h) + row(v);
+            place[at(h)] = terms_.term(h) + row(v);
         }
-        return at;
+        return place;
     }
 
     const BatchTerms<T>& terms_;
@@ -154,8 +153,8 @@ class SpectralEncoder final : public Op<T> {
 
 template <class T>
 BatchTerms<T>::BatchTerms(const ScaledLaplacian<T>& laplacian, int order, int lanes)
-    : laplacian_(laplacian), lanes_(lanes), terms_(static_cast<std::size_t>(order)) {
-    own_.resize(static_cast<std::size_t>((order - 1) * vertex_count() * kFeatureDim * lanes));
+    : laplacian_(laplacian), lanes_(lanes), terms_(at(order)) {
+    own_.resize(at((order - 1) * vertex_count() * kFeatureDim * lanes));
 }
 
 template <class T>
@@ -169,7 +168,7 @@ void BatchTerms<T>::prepare(std::span<const T> x, int active) {
             laplacian_.next_term(h, term(h - 1), h > 1 ? term(h - 2) : nullptr, row, begin, end,
                                  to + std::int64_t{begin} * row);
         });
-        terms_[static_cast<std::size_t>(h)] = to;
+        terms_[at(h)] = to;
     }
 }
 

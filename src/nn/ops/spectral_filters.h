@@ -9,6 +9,7 @@
 #include <span>
 
 #include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
 #include "spectral_pieces.h"
 
 namespace mscomp::nn {
@@ -23,10 +24,10 @@ struct Scratch {
 
     static Scratch& of_thread(const LatentSize& size) {
         thread_local Scratch scratch;
-        const auto rows = static_cast<std::size_t>(kPiece * kFeatureDim * size.lanes);
+        const auto rows = at(kPiece * kFeatureDim * size.lanes);
         scratch.rows.resize(std::max(scratch.rows.size(), rows));
         scratch.second_rows.resize(std::max(scratch.second_rows.size(), rows));
-        const auto products = static_cast<std::size_t>(kPiece * kFeatureDim * size.padded());
+        const auto products = at(kPiece * kFeatureDim * size.padded());
         scratch.products.resize(std::max(scratch.products.size(), products));
         return scratch;
     }
@@ -37,7 +38,7 @@ template <class T>
 class FilterGradient {
   public:
     FilterGradient(std::int64_t chunks, int order) : chunks_(chunks), order_(order) {
-        sums_.resize(static_cast<std::size_t>(chunks * order * kFilterSize * kFilterColumns));
+        sums_.resize(at(chunks * order * kFilterSize * kFilterColumns));
     }
     void clear() { std::fill(sums_.begin(), sums_.end(), T{0}); }
     T* sums(std::int64_t chunk, int degree) {
@@ -52,7 +53,7 @@ class FilterGradient {
                     sums_.data() + (chunk * order_ * kFilterSize + i) * kFilterColumns;
                 for (int n = 0; n < kFilterColumns; ++n) sum += static_cast<double>(columns[n]);
             }
-            theta_grad[static_cast<std::size_t>(i)] += factor * static_cast<T>(sum);
+            theta_grad[at(i)] += factor * static_cast<T>(sum);
         });
     }
 

@@ -9,8 +9,9 @@
 
 #include "../kernels/spectral_kernels.h"
 #include "batch.h"
-#include "mscomp/nn/aligned.h"
-#include "mscomp/nn/tape.h"
+#include "mscomp/base/index.h"
+#include "nn/aligned.h"
+#include "nn/tape.h"
 
 namespace mscomp::nn {
 
@@ -75,11 +76,11 @@ void add_blocks(const AlignedVector<T>& blocks, std::int64_t parts, std::int64_t
         for (std::int64_t p = 0; p < parts; ++p) {
             const T* block = blocks.data() + p * size + first;
             for (std::int64_t i = 0; i < count; ++i) {
-                sums[static_cast<std::size_t>(i)] += static_cast<double>(block[i]);
+                sums[at(i)] += static_cast<double>(block[i]);
             }
         }
         for (std::int64_t i = 0; i < count; ++i) {
-            target[first + i] += static_cast<T>(sums[static_cast<std::size_t>(i)]);
+            target[first + i] += static_cast<T>(sums[at(i)]);
         }
     });
 }
@@ -87,12 +88,10 @@ void add_blocks(const AlignedVector<T>& blocks, std::int64_t parts, std::int64_t
 /// codes (K,lanes) -> (lanes,padded), the padding 0.
 template <class T>
 void transpose_codes(const LatentSize& size, const T* codes, AlignedVector<T>& transposed) {
-    transposed.assign(
-        static_cast<std::size_t>(size.lanes) * static_cast<std::size_t>(size.padded()), T{0});
+    transposed.assign(at(size.lanes) * at(size.padded()), T{0});
     for (int k = 0; k < size.components; ++k) {
         for (int l = 0; l < size.lanes; ++l) {
-            transposed[static_cast<std::size_t>(l * size.padded() + k)] =
-                codes[std::int64_t{k} * size.lanes + l];
+            transposed[at(l * size.padded() + k)] = codes[std::int64_t{k} * size.lanes + l];
         }
     }
 }
@@ -102,7 +101,7 @@ template <class T>
 void add_codes(const LatentSize& size, const T* weights, const T* rows, AlignedVector<T>& partials,
                T* codes) {
     const std::int64_t chunks = chunk_count(size.vertices);
-    partials.assign(static_cast<std::size_t>(chunks * size.codes()), T{0});
+    partials.assign(at(chunks * size.codes()), T{0});
     for_each_chunk(1, size.vertices, [&](std::int64_t, std::int64_t chunk, int begin, int end) {
         Ahead ahead;
         for_each_piece(begin, end, [&](int v, int count) {
@@ -134,7 +133,7 @@ void add_weight_gradient(const LatentSize& size, const T* codes, const T* rows, 
     AlignedVector<T> transposed;
     transpose_codes(size, codes, transposed);
     for_each_chunk(1, size.vertices, [&](std::int64_t, std::int64_t, int begin, int end) {
-        AlignedVector<T> scratch(static_cast<std::size_t>(kPiece * size.channels * size.padded()));
+        AlignedVector<T> scratch(at(kPiece * size.channels * size.padded()));
         for_each_piece(begin, end, [&](int v, int count) {
             const std::int64_t first = std::int64_t{v} * size.channels;
             spectral_kernels<T>().outer(transposed.data(), size.padded(), size.components,

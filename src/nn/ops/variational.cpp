@@ -4,7 +4,8 @@
 #include <cmath>
 
 #include "batch.h"
-#include "mscomp/nn/spectral_ops.h"
+#include "mscomp/base/index.h"
+#include "nn/spectral_ops.h"
 
 namespace mscomp::nn {
 namespace {
@@ -146,7 +147,7 @@ class KlDivergence final : public Op<T> {
         T kl = 0;
         for (int m = 0; m < lane_mask_.active; ++m) {
             for (std::int64_t k = 0; k < components_; ++k) {
-                const auto i = static_cast<std::size_t>(k * lanes_ + m);
+                const auto i = at(k * lanes_ + m);
                 const T mu = tape.value(moments_)[i], s = tape.value(moments_)[i + spread_at()];
                 const T sigma = spread_ == Spread::linear ? s : std::exp(s / 2);
                 const T inside =
@@ -158,12 +159,12 @@ class KlDivergence final : public Op<T> {
     }
 
   private:
-    std::size_t spread_at() const { return static_cast<std::size_t>(components_ * lanes_); }
+    std::size_t spread_at() const { return at(components_ * lanes_); }
     template <class Visit>
     void for_each_code(Visit visit) const {
         for (std::int64_t k = 0; k < components_; ++k) {
             for (std::int64_t m = 0; m < lane_mask_.active; ++m) {
-                visit(static_cast<std::size_t>(k * lanes_ + m));
+                visit(at(k * lanes_ + m));
             }
         }
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/base/index.h"
 #include "mscomp/base/mesh_data.h"
 
 namespace mscomp {
@@ -55,9 +56,7 @@ class SequenceSource final : public ShapeSource {
     const std::vector<std::string>& names() const override { return sequence_.names; }
     const std::vector<Face>& faces() const override { return sequence_.faces; }
     int vertex_count() const override { return sequence_.vertex_count(); }
-    std::vector<Point> shape(int index) const override {
-        return sequence_.shapes[static_cast<std::size_t>(index)];
-    }
+    std::vector<Point> shape(int index) const override { return sequence_.shapes[at(index)]; }
 
   private:
     const MeshSequence& sequence_;

@@ -1,0 +1,46 @@
+# What every target of ours is made with.
+
+# Compiling, for us alone: nothing of it reaches who uses an installed library.
+add_library(mscomp_options INTERFACE)
+target_include_directories(mscomp_options INTERFACE "${CMAKE_CURRENT_LIST_DIR}/../include"
+                                                    "${CMAKE_CURRENT_LIST_DIR}/../src")
+target_compile_options(mscomp_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                                                -Woverloaded-virtual -Werror -fno-math-errno)
+target_compile_definitions(mscomp_options INTERFACE EIGEN_DONT_PARALLELIZE)
+if(MSCOMP_NATIVE)
+    target_compile_options(mscomp_options INTERFACE -march=native)
+endif()
+if(MSCOMP_SANITIZE)
+    # GCC takes the sanitizers' own checks for uses of uninitialised memory.
+    target_compile_options(mscomp_options INTERFACE
+        -fsanitize=${MSCOMP_SANITIZE} -fno-omit-frame-pointer
+        $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+    target_link_options(mscomp_options INTERFACE -fsanitize=${MSCOMP_SANITIZE})
+endif()
+if(MSCOMP_FUZZ)
+    # Every report stops the run, and indices of vectors and spans are checked.
+    target_compile_options(mscomp_options INTERFACE -fno-sanitize-recover=all)
+    target_compile_definitions(mscomp_options INTERFACE _GLIBCXX_ASSERTIONS)
+endif()
+
+# mscomp_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...]): the module NAME, target mscomp_NAME,
+# mscomp::NAME for others. PUBLIC libraries are in its headers, PRIVATE ones are not.
+function(mscomp_library name)
+    cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+    add_library(mscomp_${name} STATIC ${ARG_SOURCES})
+    add_library(mscomp::${name} ALIAS mscomp_${name})
+    set_target_properties(mscomp_${name} PROPERTIES EXPORT_NAME ${name}
+                                                    POSITION_INDEPENDENT_CODE ON)
+    target_include_directories(mscomp_${name}
+                               PUBLIC "$<BUILD_INTERFACE:${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../include>"
+                                      "$<INSTALL_INTERFACE:include>")
+    target_link_libraries(mscomp_${name} PUBLIC ${ARG_PUBLIC}
+                                         PRIVATE $<BUILD_INTERFACE:mscomp_options> ${ARG_PRIVATE})
+endfunction()
+
+# mscomp_program(NAME SOURCES ... LIBRARIES ...): an executable of ours.
+function(mscomp_program name)
+    cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+    add_executable(${name} ${ARG_SOURCES})
+    target_link_libraries(${name} PRIVATE mscomp_options ${ARG_LIBRARIES})
+endfunction()

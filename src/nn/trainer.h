@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mscomp/nn/config.h"
+#include "mscomp/nn/model_file.h"
+#include "nn/batch_loader.h"
+#include "nn/mixed_features.h"
+#include "nn/model.h"
+
+namespace mscomp::nn {
+
+/// Shapes in an epoch of training on `shapes` of a mesh of `vertices`: fewer than
+/// TrainConfig::fill_up_to are filled up by mixed ones; beyond 200,000 vertices only as far as
+/// lanes are there anyway, since memory is what such meshes lack.
+int epoch_size(const TrainConfig& config, int shapes, int vertices);
+
+/// Means over the steps of one epoch.
+struct EpochReport {
+    TrainingState state;
+    double total = 0;
+    std::vector<double> terms;  // in the order of Model::term_names(), unweighted
+    double learning_rate = 0;
+    double step_ms = 0;
+    double touched = 1;  // share of the vertices that an autoencoder of the last level touches
+};
+
+/// Trains a model of any kind. A step is a function of the parameters, the moments,
+/// the centres, seed and step number and of nothing else: saved, loaded and continued gives the
+/// same bits as never stopped, for any number of threads.
+class Trainer {
+  public:
+    /// Borrows everything. `shapes` are those to train on (at least one), joined by mixed ones if
+    /// they are few. While they all fit into one batch they stay there as long as they are the
+    /// same; the next batch is gathered during a step.
+    Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
+            std::span<const int> shapes);
+    /// `features` (N,V,9) in memory, scaled already.
+    Trainer(Model<float>& model, const Config& config, std::span<const float> features,
+            std::span<const int> shapes);
+
+    /// Parameters as Config::train.start says; state becomes zero.
+    void start();
+    /// Goes on from a saved state, whose parameters the model already holds.
+    void resume(const TrainingState& state) { state_ = state; }
+    const TrainingState& state() const { return state_; }
+
+    /// One pass over the shapes in batches. Throws NumericalError before the update of a step whose
+    /// loss or gradient is not finite; parameters are then those of the step before.
+    EpochReport run_epoch();
+
+    /// Codes of the training shapes per level, (n, A*K).
+    std::vector<std::vector<float>> codes();
+
+    /// No epochs are left, or a plateau has been reached and counts (TrainConfig::plateau_epochs).
+    bool is_over() const;
+
+  private:
+    Trainer(Model<float>& model, const Config& config, std::unique_ptr<MemoryFeatures> memory,
+            std::span<const int> shapes);
+    std::vector<int> shapes_of_epoch(std::int64_t epoch) const;
+    std::vector<int> order_of_epoch(std::int64_t epoch) const;
+    void watch_plateau(double error);
+    void load(std::span<const int> batch);
+    void step(EpochReport& report);
+    void require_finite(float loss);
+
+    Model<float>& model_;
+    const Config& config_;
+    std::unique_ptr<MemoryFeatures> memory_;
+    std::unique_ptr<MixedFeatures> mixed_;  // none if there are shapes enough
+    ScaledFeatures features_;
+    std::vector<int> shapes_;
+    BatchLoader loader_;
+    std::vector<int> loaded_;
+    TrainingState state_;
+};
+
+}  // namespace mscomp::nn
