@@ -12,7 +12,7 @@
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
-#include "mscomp/base/stop_request.h"
+#include "mscomp/base/interruption.h"
 
 namespace mscomp {
 namespace {

@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "mscomp/base/index.h"
-#include "mscomp/base/stop_request.h"
+#include "mscomp/base/interruption.h"
 
 namespace mscomp {
 namespace {

@@ -5,7 +5,7 @@
 
 namespace mscomp {
 
-/// Remembers a temporary file for remove_temporary_files (mscomp/base/stop_request.h) as long as it
+/// Remembers a temporary file for remove_temporary_files (mscomp/base/interruption.h) as long as it
 /// lives. Beyond a fixed number of files, or of bytes in a name, one is not remembered.
 class TemporaryName {
   public:

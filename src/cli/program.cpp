@@ -19,8 +19,8 @@
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/cli/interrupt.h"
-#include "mscomp/cli/nearest_name.h"
+#include "mscomp/cli/signals.h"
+#include "mscomp/config/nearest_name.h"
 
 namespace mscomp {
 namespace {

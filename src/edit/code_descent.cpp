@@ -106,7 +106,7 @@ class LevenbergMarquardt {
           stiffness_(objective.stiffness(subset.codes)) {
         translate(truth_, known_group_, truth_centers_, -1);
         best_.codes = start_;
-        best_.features = objective_.codes.features(start_);
+        best_.features = objective_.codes.rows(start_);
         if (!all_finite(best_.features)) {
             throw NumericalError("the codes to start from decode to features that are not finite");
         }
@@ -227,7 +227,7 @@ class LevenbergMarquardt {
             const int code = subset_.codes[at(n)];
             trial.codes[at(code)] += static_cast<float>(change[n]);
         }
-        trial.features = objective_.codes.features(trial.codes);
+        trial.features = objective_.codes.rows(trial.codes);
         if (!all_finite(trial.features)) return false;
         compare(trial);
         const double gain = best_.objective - trial.objective;

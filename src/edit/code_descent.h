@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "code_positions.h"
+#include "mscomp/edit/code_positions.h"
 #include "mscomp/edit/vertex_fit.h"
 
 namespace mscomp {

@@ -12,6 +12,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/points.h"
 
 namespace mscomp {
 namespace {
@@ -20,14 +21,10 @@ Eigen::Map<const Eigen::Vector3d> vec(const Point& point) {
     return Eigen::Map<const Eigen::Vector3d>(point.data());
 }
 
-/// 1 / largest distance from the centroid; 1 for a reference without size.
-double unit_ball_scale(const std::vector<Point>& points) {
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const Point& point : points) center += vec(point);
-    center /= static_cast<double>(points.size());
-    double farthest = 0;
-    for (const Point& point : points) farthest = std::max(farthest, (vec(point) - center).norm());
-    return farthest > 0 ? 1 / farthest : 1;
+/// Makes the reference fit the unit ball; 1 for a reference without size.
+double scale_of(const std::vector<Point>& reference) {
+    const double scale = unit_ball_scale(reference);
+    return scale > 0 ? scale : 1;
 }
 
 bool all_finite(std::span<const float> values) {
@@ -71,39 +68,27 @@ std::vector<int> listed(std::vector<int> list, int count, const char* what) {
 
 }  // namespace
 
-VertexSolver parse_vertex_solver(const std::string& name) {
-    if (name == "poisson") return VertexSolver::poisson;
-    if (name == "lossless") return VertexSolver::lossless;
-    throw UsageError(fmt::format("vertex solver '{}': wanted poisson or lossless", name));
-}
-
-std::string to_string(VertexSolver solver) {
-    return solver == VertexSolver::poisson ? "poisson" : "lossless";
-}
-
 struct VertexFit::State {
     CodeObjective objective;
 
     const CodePositions& codes() const { return objective.codes; }
 };
 
-VertexFit::VertexFit(const nn::CodeDecoder& decoder, const FeatureScaler& scaler,
-                     const TriangleMesh& reference, EdgeWeights weights,
+VertexFit::VertexFit(const ShapeModel& model, const TriangleMesh& reference, EdgeWeights weights,
                      const VertexFitOptions& options) {
-    const auto codes = at(decoder.code_count());
-    if (decoder.vertex_count() != reference.vertex_count()) {
-        throw UsageError(fmt::format("a decoder of {} vertices, wanted the {} of the reference",
-                                     decoder.vertex_count(), reference.vertex_count()));
+    const int codes = model.code_count();
+    if (model.vertex_count() != reference.vertex_count()) {
+        throw UsageError(fmt::format("a model of {} vertices, wanted the {} of the reference",
+                                     model.vertex_count(), reference.vertex_count()));
     }
-    if (!options.code_deviations.empty() && options.code_deviations.size() != codes) {
+    if (!options.code_deviations.empty() && options.code_deviations.size() != at(codes)) {
         throw UsageError(fmt::format("deviations of {} codes, wanted {}",
                                      options.code_deviations.size(), codes));
     }
-    state_ = std::make_unique<State>(
-        State{{CodePositions(decoder, scaler, reference, weights, options.solver),
-               connected_components(one_rings_of_faces(reference.vertex_count(), reference.faces)),
-               unit_ball_scale(reference.vertices),
-               stiffnesses(options.code_deviations, decoder.code_count()), options}});
+    state_ = std::make_unique<State>(State{
+        {CodePositions(model, reference, weights, options.solver),
+         connected_components(one_rings_of_faces(reference.vertex_count(), reference.faces)),
+         scale_of(reference.vertices), stiffnesses(options.code_deviations, codes), options}});
 }
 VertexFit::VertexFit(VertexFit&&) noexcept = default;
 VertexFit& VertexFit::operator=(VertexFit&&) noexcept = default;
@@ -146,11 +131,11 @@ std::vector<FittedShape> VertexFit::fit(std::span<const std::vector<Point>> trut
 
 std::vector<Point> VertexFit::positions(std::span<const float> codes,
                                         std::span<const Point> like) const {
-    return state_->codes().positions(state_->codes().features(codes), like);
+    return state_->codes().positions(state_->codes().rows(codes), like);
 }
 
 std::vector<double> VertexFit::derivatives(std::span<const float> codes) const {
-    return state_->codes().derivatives(codes, state_->codes().features(codes),
+    return state_->codes().derivatives(codes, state_->codes().rows(codes),
                                        listed({}, state_->codes().code_count(), "code"));
 }
 

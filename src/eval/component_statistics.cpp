@@ -81,11 +81,31 @@ std::vector<double> cosines(std::span<const std::span<const float>> rows) {
 
 }  // namespace
 
+ComponentCosines component_cosines(std::span<const std::span<const float>> differences) {
+    const std::size_t count = differences.size();
+    ComponentCosines result;
+    result.cosine = cosines(differences);
+    double sum = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        for (std::size_t l = 0; l < count; ++l) {
+            if (l == k) continue;
+            const double size = std::abs(result.cosine[k * count + l]);
+            sum += size;
+            // std::max would forget a NaN.
+            if (!(size <= result.cosine_max)) result.cosine_max = size;
+        }
+    }
+    if (count > 1) result.cosine_mean = sum / static_cast<double>(count * (count - 1));
+    if (std::isnan(sum)) result.cosine_max = sum;
+    return result;
+}
+
 ComponentStatistics component_statistics(std::span<const std::span<const float>> differences,
                                          std::span<const int> centers, DistanceRows& distances,
                                          double threshold) {
     check(differences, centers, distances.vertex_count());
     ComponentStatistics statistics;
+    static_cast<ComponentCosines&>(statistics) = component_cosines(differences);
     const std::size_t count = differences.size();
     distances.prepare(centers);
     for (std::size_t k = 0; k < count; ++k) {
@@ -94,19 +114,6 @@ ComponentStatistics component_statistics(std::span<const std::span<const float>>
         statistics.support_mean +=
             statistics.components.back().support_share / static_cast<double>(count);
     }
-    statistics.cosine = cosines(differences);
-    double sum = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-        for (std::size_t l = 0; l < count; ++l) {
-            if (l == k) continue;
-            const double size = std::abs(statistics.cosine[k * count + l]);
-            sum += size;
-            // std::max would forget a NaN.
-            if (!(size <= statistics.cosine_max)) statistics.cosine_max = size;
-        }
-    }
-    if (count > 1) statistics.cosine_mean = sum / static_cast<double>(count * (count - 1));
-    if (std::isnan(sum)) statistics.cosine_max = sum;
     return statistics;
 }
 

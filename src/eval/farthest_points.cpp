@@ -8,7 +8,7 @@
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
-#include "point_arithmetic.h"
+#include "mscomp/base/points.h"
 
 namespace mscomp {
 

@@ -9,7 +9,7 @@
 
 #include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
-#include "point_arithmetic.h"
+#include "mscomp/base/points.h"
 
 namespace mscomp {
 namespace {
@@ -19,19 +19,6 @@ double root_mean_square_1000(double squares, double coordinates) {
 }
 
 }  // namespace
-
-double unit_ball_scale(const std::vector<Point>& reference) {
-    const Point center = centroid(reference);
-    double farthest = 0;
-    for (const Point& p : reference) {
-        const double square = square_distance(p, center);
-        // std::max would forget a NaN.
-        if (!(square <= farthest)) farthest = square;
-        if (std::isnan(farthest)) break;
-    }
-    const double scale = 1 / std::sqrt(farthest);
-    return scale > 0 && std::isfinite(scale) ? scale : std::numeric_limits<double>::quiet_NaN();
-}
 
 std::vector<Point> aligned_to(const std::vector<Point>& truth, const std::vector<Point>& result) {
     if (truth.size() != result.size() || truth.empty()) {

@@ -9,8 +9,8 @@
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/points.h"
 #include "mscomp/eval/measures.h"
-#include "point_arithmetic.h"
 
 namespace mscomp {
 namespace {

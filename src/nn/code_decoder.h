@@ -4,13 +4,11 @@
 #include <span>
 #include <vector>
 
+#include "mscomp/model/shape_model.h"
+
 namespace mscomp::nn {
 
-/// How the output of a decoder changes with one code: zero at all vertices but these.
-struct DecoderColumn {
-    std::vector<int> vertices;  // rising
-    std::vector<float> values;  // (vertices,9)
-};
+using DecoderColumn = CodeColumn;  // of scaled features
 
 /// What all codes of a model together decode to: scaled features, vertices in the order of the
 /// user. Codes are counted level by level, within a level autoencoder by autoencoder.
@@ -20,8 +18,9 @@ class CodeDecoder {
 
     virtual int code_count() const = 0;
     virtual int vertex_count() const = 0;
-    /// Features (V,9) of `codes` (code_count()). Safe to call from several threads.
-    virtual std::vector<float> decode(std::span<const float> codes) const = 0;
+    /// Features (V,9) of `codes` (code_count()), of the outputs of the first `levels` levels, 0
+    /// meaning all. Safe to call from several threads.
+    virtual std::vector<float> decode(std::span<const float> codes, int levels = 0) const = 0;
     /// Derivatives of decode() in every code. Safe to call from several threads.
     virtual std::vector<DecoderColumn> derivatives(std::span<const float> codes) const = 0;
 };

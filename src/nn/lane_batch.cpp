@@ -29,8 +29,8 @@ class LaneGroup {
         : features_(features), order_(order), rows_(rows) {
         lanes_ = static_cast<std::int64_t>(rows.size()) / (order.vertex_count() * kDim);
         for (std::int64_t i = 0; i < kColumns; ++i) {
-            offset_[i] = features.offset[at(i % kDim)];
-            factor_[i] = features.factor[at(i % kDim)];
+            offset_[i] = features.scale.offset[at(i % kDim)];
+            factor_[i] = features.scale.factor[at(i % kDim)];
         }
     }
 

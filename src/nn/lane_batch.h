@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "mscomp/base/channel_scale.h"
 #include "mscomp/base/shape_features.h"
 #include "nn/aligned.h"
 #include "nn/vertex_order.h"
 
 namespace mscomp::nn {
 
-/// What the network sees of features that lie elsewhere, borrowed: (feature - offset) * factor for
-/// each channel, in double, rounded to float once.
+/// What the network sees of features that lie elsewhere, borrowed: scaled channel by
+/// channel, in double, rounded to float once.
 struct ScaledFeatures {
     const ShapeFeatures& shapes;
-    std::array<double, kFeatureDim> offset{};
-    std::array<double, kFeatureDim> factor{1, 1, 1, 1, 1, 1, 1, 1, 1};
+    ChannelScale scale{};
 };
 
 /// A batch as the network reads it.

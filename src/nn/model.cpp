@@ -95,6 +95,23 @@ T Model<T>::forward_and_backward() {
 }
 
 template <class T>
+std::vector<T> Model<T>::all_codes() {
+    std::vector<std::vector<T>> of_levels;
+    const int count = static_cast<int>(level_sizes().size());
+    for (int l = 0; l < count; ++l) of_levels.push_back(codes(l));
+    std::vector<T> all;
+    const auto shapes = at(lane_mask_.active);
+    for (std::size_t m = 0; m < shapes; ++m) {
+        for (const std::vector<T>& level : of_levels) {
+            const std::size_t width = level.size() / shapes;
+            const std::span<const T> row = std::span(level).subspan(m * width, width);
+            all.insert(all.end(), row.begin(), row.end());
+        }
+    }
+    return all;
+}
+
+template <class T>
 std::vector<T> Model<T>::batch_codes(std::span<const T> codes) const {
     const std::int64_t lanes = this->lanes();
     const std::int64_t rows = static_cast<std::int64_t>(codes.size()) / lanes;

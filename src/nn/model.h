@@ -9,6 +9,7 @@
 
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/model/shape_model.h"
 #include "mscomp/nn/config.h"
 #include "nn/code_decoder.h"
 #include "nn/lane_batch.h"
@@ -18,14 +19,6 @@
 #include "nn/vertex_order.h"
 
 namespace mscomp::nn {
-
-/// How many components a level has: `components` in each autoencoder.
-struct LevelSize {
-    int autoencoders = 1;
-    int components = 0;
-
-    int codes() const { return autoencoders * components; }
-};
 
 /// What every model kind is to the trainer, to model files, to the components and to the measures.
 /// A kind records its loss on the tape and says what its codes are; a batch, parameters and the
@@ -89,6 +82,8 @@ class Model {
     virtual void set_centers(int level, std::vector<int> user) = 0;
     /// Codes of a level after forward, (n, A*K).
     virtual std::vector<T> codes(int level) = 0;
+    /// Codes of all levels side by side, (n,K).
+    std::vector<T> all_codes();
     /// Sum of the outputs of the first `levels` levels after forward and before backward, (n,V,9).
     virtual std::vector<T> reconstruction(int levels) = 0;
     /// The decoder of all codes with the parameters of this moment, which it copies.

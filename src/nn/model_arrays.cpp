@@ -44,12 +44,11 @@ bool is_finite(std::span<const float> values) {
 
 }  // namespace
 
-void ModelArrays::add_inner(const std::string& name, const Extents& extents,
-                            std::span<const float> inner, const VertexOrder& order) {
+void add_inner(StoredArrays& arrays, const std::string& name, const Extents& extents,
+               std::span<const float> inner, const VertexOrder& order) {
     const ComponentRows rows(extents);
-    if (rows.count == 0) return add(name, extents, inner);
-    tensors_.push_back({name, DataType::f32, extents});
-    writes_.push_back([=, &order](SafetensorsPieceWriter& to) {
+    if (rows.count == 0) return arrays.add<float>(name, extents, inner);
+    arrays.add(name, DataType::f32, extents, [=, &order](SafetensorsPieceWriter& to) {
         std::vector<float> row(at(rows.size));
         for (std::int64_t k = 0; k < rows.count; ++k) {
             const float* from = inner.data() + k * rows.size;
@@ -60,12 +59,6 @@ void ModelArrays::add_inner(const std::string& name, const Extents& extents,
             to.write(name, k * rows.size, std::span<const float>(row));
         }
     });
-}
-
-void ModelArrays::write(const std::string& path, const Metadata& metadata) const {
-    SafetensorsPieceWriter to(path, tensors_, metadata);
-    for (const auto& each : writes_) each(to);
-    to.finish();
 }
 
 bool read_inner(const SafetensorsFile& file, const std::string& name, const Extents& extents,

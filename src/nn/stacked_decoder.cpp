@@ -75,6 +75,7 @@ SumDecoder::Part part_of(const StackedModel<T>& model, const OneRings& rings, in
                                             copy(level.decoder_w_ring),
                                             config.tied == Tied::transpose};
     SumDecoder::Part part;
+    part.level = level_index;
     std::ranges::transform(slice(level.decoder_bias), part.bias.begin(),
                            [](T b) { return static_cast<float>(b); });
     const bool is_linear = config.decoder_fc_activation == Activation::none;

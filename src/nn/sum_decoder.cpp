@@ -67,9 +67,10 @@ std::vector<float> SumDecoder::output(const Part& part, std::vector<float> sum) 
     return sum;
 }
 
-std::vector<float> SumDecoder::decode(std::span<const float> codes) const {
+std::vector<float> SumDecoder::decode(std::span<const float> codes, int levels) const {
     std::vector<float> total(at(vertices_ * kDim), 0.0F);
     for (const Part& part : parts_) {
+        if (levels > 0 && part.level >= levels) break;
         const std::vector<float> y = output(part, combined(part, codes));
         for (std::size_t i = 0; i < y.size(); ++i) total[i] += y[i];
         codes = codes.subspan(part.columns.size());

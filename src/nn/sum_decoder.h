@@ -12,6 +12,7 @@
 
 namespace mscomp::nn {
 
+/// Levels come one after the other.
 /// X_i = sum over autoencoders a of tanh(bias_a + D_a,i) where D_a = M_a(sum_k z_ak C_ak), M_a the
 /// linear part of a decoder's convolution; or with an activation in between, M_a(tanh(sum ...)).
 /// Linear decoders are kept as the columns M_a(C_ak), which are as sparse as the components.
@@ -21,6 +22,7 @@ class SumDecoder final : public CodeDecoder {
     using RowMap = std::function<std::vector<float>(const std::vector<float>& rows)>;
 
     struct Part {
+        int level = 0;
         std::array<float, kFeatureDim> bias{};
         std::vector<DecoderColumn> columns;  // M_a(C_ak), or C_ak where there is a map
         RowMap map;                          // only with an activation in between
@@ -30,7 +32,7 @@ class SumDecoder final : public CodeDecoder {
 
     int code_count() const override { return code_count_; }
     int vertex_count() const override { return vertices_; }
-    std::vector<float> decode(std::span<const float> codes) const override;
+    std::vector<float> decode(std::span<const float> codes, int levels = 0) const override;
     std::vector<DecoderColumn> derivatives(std::span<const float> codes) const override;
 
   private:

@@ -37,38 +37,38 @@ int epoch_size(const TrainConfig& config, int shapes, int vertices) {
     return std::max(shapes, wanted);
 }
 
-Trainer::Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
+Trainer::Trainer(Model<float>& model, const TrainConfig& config, const ScaledFeatures& features,
                  std::span<const int> shapes)
     : model_(model),
       config_(config),
-      mixed_(epoch_size(config.train, static_cast<int>(shapes.size()), model.vertex_count()) >
+      mixed_(epoch_size(config, static_cast<int>(shapes.size()), model.vertex_count()) >
                      static_cast<int>(shapes.size())
                  ? std::make_unique<MixedFeatures>(features.shapes, shapes, model.inner_distances(),
-                                                   model.order(), config.train.seed)
+                                                   model.order(), config.seed)
                  : nullptr),
-      features_{mixed_ ? *mixed_ : features.shapes, features.offset, features.factor},
+      features_{mixed_ ? *mixed_ : features.shapes, features.scale},
       shapes_(shapes.begin(), shapes.end()),
       loader_(features_, model.order(), lane_count(model.batch_capacity())) {}
 
-Trainer::Trainer(Model<float>& model, const Config& config, std::span<const float> features,
+Trainer::Trainer(Model<float>& model, const TrainConfig& config, std::span<const float> features,
                  std::span<const int> shapes)
     : Trainer(model, config, std::make_unique<MemoryFeatures>(features, model.vertex_count()),
               shapes) {}
 
-Trainer::Trainer(Model<float>& model, const Config& config, std::unique_ptr<MemoryFeatures> memory,
-                 std::span<const int> shapes)
+Trainer::Trainer(Model<float>& model, const TrainConfig& config,
+                 std::unique_ptr<MemoryFeatures> memory, std::span<const int> shapes)
     : Trainer(model, config, ScaledFeatures{*memory}, shapes) {
     memory_ = std::move(memory);
 }
 
 void Trainer::start() {
-    model_.start(config_.train, features_, shapes_of_epoch(0));
+    model_.start(config_, features_, shapes_of_epoch(0));
     loaded_.clear();
     state_ = {};
 }
 
 bool Trainer::is_over() const {
-    const TrainConfig& train = config_.train;
+    const TrainConfig& train = config_;
     return state_.epoch >= train.epochs || (state_.is_plateau && train.plateau_epochs > 0);
 }
 
@@ -76,7 +76,7 @@ std::vector<int> Trainer::shapes_of_epoch(std::int64_t epoch) const {
     constexpr std::int64_t kKeptEpochs = 8;
     std::vector<int> all = shapes_;
     const int count = static_cast<int>(shapes_.size());
-    const int mixed = epoch_size(config_.train, count, model_.vertex_count()) - count;
+    const int mixed = epoch_size(config_, count, model_.vertex_count()) - count;
     for (std::int64_t m = 0; m < mixed; ++m) {
         all.push_back(features_.shapes.shape_count() +
                       static_cast<int>((epoch / kKeptEpochs) * mixed + m));
@@ -89,7 +89,7 @@ std::vector<int> Trainer::order_of_epoch(std::int64_t epoch) const {
     std::vector<int> all = shapes_of_epoch(epoch);
     if (static_cast<int>(all.size()) <= model_.batch_capacity()) return all;
     std::vector<int> order;
-    const CounterRandom random(config_.train.seed, static_cast<std::uint64_t>(epoch) + 1000);
+    const CounterRandom random(config_.seed, static_cast<std::uint64_t>(epoch) + 1000);
     for (const int drawn : random.permutation(static_cast<int>(all.size()))) {
         order.push_back(all[at(drawn)]);
     }
@@ -127,7 +127,7 @@ EpochReport Trainer::run_epoch() {
 
 /// Epochs of a window are counted, since a resumed run may have windows of another length.
 void Trainer::watch_plateau(double error) {
-    const TrainConfig& train = config_.train;
+    const TrainConfig& train = config_;
     const double before = state_.window_mean;
     state_.is_plateau = false;
     if (train.plateau_epochs == 0) {
@@ -156,17 +156,17 @@ void Trainer::load(std::span<const int> batch) {
 
 void Trainer::step(EpochReport& report) {
     model_.parameters().zero_grad();
-    model_.prepare_step(config_.train.seed, state_.step + 1);
+    model_.prepare_step(config_.seed, state_.step + 1);
     const float loss = model_.forward_and_backward();
     require_finite(loss);
 
     ++state_.step;
     state_.total = loss;
-    report.learning_rate = learning_rate_at(config_.train, state_.step);
+    report.learning_rate = learning_rate_at(config_, state_.step);
     report.total += loss;
     const std::vector<double> terms = model_.term_values();
     for (std::size_t i = 0; i < terms.size(); ++i) report.terms[i] += terms[i];
-    model_.update(config_.train, report.learning_rate, state_.step);
+    model_.update(config_, report.learning_rate, state_.step);
 }
 
 void Trainer::require_finite(float loss) {
@@ -181,8 +181,9 @@ void Trainer::require_finite(float loss) {
     }
 }
 
-std::vector<std::vector<float>> Trainer::codes() {
-    std::vector<std::vector<float>> all(model_.level_sizes().size());
+CodeTable Trainer::codes() {
+    CodeTable table;
+    for (const LevelSize& level : model_.level_sizes()) table.code_count += level.codes();
     const auto batch = at(model_.batch_capacity());
     for (std::size_t first = 0; first < shapes_.size(); first += batch) {
         load(batch_of(shapes_, first, batch));
@@ -190,12 +191,10 @@ std::vector<std::vector<float>> Trainer::codes() {
             loader_.prepare(batch_of(shapes_, first + batch, batch));
         }
         model_.forward();
-        for (std::size_t l = 0; l < all.size(); ++l) {
-            const std::vector<float> codes = model_.codes(static_cast<int>(l));
-            all[l].insert(all[l].end(), codes.begin(), codes.end());
-        }
+        const std::vector<float> codes = model_.all_codes();
+        table.values.insert(table.values.end(), codes.begin(), codes.end());
     }
-    return all;
+    return table;
 }
 
 }  // namespace mscomp::nn

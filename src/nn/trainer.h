@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/nn/config.h"
-#include "mscomp/nn/model_file.h"
+#include "mscomp/model/config.h"
+#include "mscomp/model/learned_model.h"
 #include "nn/batch_loader.h"
 #include "nn/mixed_features.h"
 #include "nn/model.h"
@@ -20,16 +20,6 @@ namespace mscomp::nn {
 /// lanes are there anyway, since memory is what such meshes lack.
 int epoch_size(const TrainConfig& config, int shapes, int vertices);
 
-/// Means over the steps of one epoch.
-struct EpochReport {
-    TrainingState state;
-    double total = 0;
-    std::vector<double> terms;  // in the order of Model::term_names(), unweighted
-    double learning_rate = 0;
-    double step_ms = 0;
-    double touched = 1;  // share of the vertices that an autoencoder of the last level touches
-};
-
 /// Trains a model of any kind. A step is a function of the parameters, the moments,
 /// the centres, seed and step number and of nothing else: saved, loaded and continued gives the
 /// same bits as never stopped, for any number of threads.
@@ -38,13 +28,13 @@ class Trainer {
     /// Borrows everything. `shapes` are those to train on (at least one), joined by mixed ones if
     /// they are few. While they all fit into one batch they stay there as long as they are the
     /// same; the next batch is gathered during a step.
-    Trainer(Model<float>& model, const Config& config, const ScaledFeatures& features,
+    Trainer(Model<float>& model, const TrainConfig& config, const ScaledFeatures& features,
             std::span<const int> shapes);
     /// `features` (N,V,9) in memory, scaled already.
-    Trainer(Model<float>& model, const Config& config, std::span<const float> features,
+    Trainer(Model<float>& model, const TrainConfig& config, std::span<const float> features,
             std::span<const int> shapes);
 
-    /// Parameters as Config::train.start says; state becomes zero.
+    /// Parameters as TrainConfig::start says; state becomes zero.
     void start();
     /// Goes on from a saved state, whose parameters the model already holds.
     void resume(const TrainingState& state) { state_ = state; }
@@ -54,14 +44,14 @@ class Trainer {
     /// loss or gradient is not finite; parameters are then those of the step before.
     EpochReport run_epoch();
 
-    /// Codes of the training shapes per level, (n, A*K).
-    std::vector<std::vector<float>> codes();
+    /// Codes of the training shapes.
+    CodeTable codes();
 
     /// No epochs are left, or a plateau has been reached and counts (TrainConfig::plateau_epochs).
     bool is_over() const;
 
   private:
-    Trainer(Model<float>& model, const Config& config, std::unique_ptr<MemoryFeatures> memory,
+    Trainer(Model<float>& model, const TrainConfig& config, std::unique_ptr<MemoryFeatures> memory,
             std::span<const int> shapes);
     std::vector<int> shapes_of_epoch(std::int64_t epoch) const;
     std::vector<int> order_of_epoch(std::int64_t epoch) const;
@@ -71,7 +61,7 @@ class Trainer {
     void require_finite(float loss);
 
     Model<float>& model_;
-    const Config& config_;
+    TrainConfig config_;
     std::unique_ptr<MemoryFeatures> memory_;
     std::unique_ptr<MixedFeatures> mixed_;  // none if there are shapes enough
     ScaledFeatures features_;

@@ -8,6 +8,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/points.h"
 #include "mscomp/render/render.h"
 
 namespace mscomp {
@@ -21,8 +22,6 @@ constexpr int kNothing = -1;
 
 using Color = std::array<float, 3>;
 constexpr Color kBackground{1, 1, 1};
-
-double dot(const Point& p, const Point& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; }
 
 Point normalized(const Point& p) {
     const double length = std::sqrt(dot(p, p));

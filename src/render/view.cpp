@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/points.h"
 #include "mscomp/render/render.h"
 
 namespace mscomp {
@@ -17,12 +18,6 @@ constexpr double kTurn = 30 * std::numbers::pi / 180;
 constexpr double kElevation = 12 * std::numbers::pi / 180;
 /// How much longer than y another axis has to be to count as up.
 constexpr double kUpright = 2;
-
-double dot(const Point& p, const Point& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; }
-
-Point cross(const Point& p, const Point& q) {
-    return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
-}
 
 Point combine(double a, const Point& p, double b, const Point& q) {
     return {a * p[0] + b * q[0], a * p[1] + b * q[1], a * p[2] + b * q[2]};

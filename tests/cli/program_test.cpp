@@ -17,8 +17,8 @@
 #include "base/temporary_folder.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/interruption.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/cli/interrupt.h"
 #include "mscomp/cli/nearest_name.h"
 
 namespace mscomp {

@@ -8,13 +8,23 @@
 #include <vector>
 
 #include "acap/acap_cases.h"
-#include "mscomp/acap/feature_scaler.h"
-#include "nn/code_decoder.h"
+#include "mscomp/base/channel_scale.h"
+#include "mscomp/model/shape_model.h"
 
 namespace mscomp::cases {
 
-/// Scaled features f(bias + Σ_k z_k D_k), D_k random waves on part of the mesh.
-class WaveDecoder final : public nn::CodeDecoder {
+/// Different for r and S, exact in float.
+inline ChannelScale wave_scale() {
+    ChannelScale scale;
+    for (std::size_t c = 0; c < kFeatureDim; ++c) {
+        scale.offset[c] = static_cast<double>(kReferenceFeature[c]);
+        scale.factor[c] = c < kRotationDim ? 0.5 : 2;
+    }
+    return scale;
+}
+
+/// Features of wave_scale() times f(bias + Σ_k z_k D_k), D_k random waves on part of the mesh.
+class WaveModel final : public ShapeModel {
   public:
     static constexpr int kCodes = 7;
     enum class Kind {
@@ -24,7 +34,7 @@ class WaveDecoder final : public nn::CodeDecoder {
         breaking,   // tanh; not finite where a code is beyond 1/2
     };
 
-    WaveDecoder(const TriangleMesh& mesh, Kind kind) : kind_(kind), count_(mesh.vertex_count()) {
+    WaveModel(const TriangleMesh& mesh, Kind kind) : kind_(kind), count_(mesh.vertex_count()) {
         const std::size_t size = at(count_) * kFeatureDim;
         directions_.assign(kCodes, std::vector<float>(size, 0.0F));
         bias_.assign(size, 0.0F);
@@ -52,10 +62,11 @@ class WaveDecoder final : public nn::CodeDecoder {
         directions_.back().assign(size, 0.0F);
     }
 
-    int code_count() const override { return kCodes; }
+    ShapeRows rows() const override { return ShapeRows::features; }
+    std::vector<LevelSize> levels() const override { return {{1, kCodes}}; }
     int vertex_count() const override { return count_; }
 
-    std::vector<float> decode(std::span<const float> codes) const override {
+    std::vector<float> decode(std::span<const float> codes, int /*levels*/ = 0) const override {
         std::vector<float> result(bias_.size());
         for (std::size_t i = 0; i < result.size(); ++i) {
             const double x = sum(codes, i);
@@ -66,11 +77,19 @@ class WaveDecoder final : public nn::CodeDecoder {
                 if (std::abs(z) > 0.5F) result[3] = std::numeric_limits<float>::infinity();
             }
         }
+        wave_scale().unscale(result);
         return result;
     }
+    // The fit asks for nothing of these.
+    std::vector<float> change(std::span<const float>, std::span<const float>) const override {
+        return {};
+    }
+    CodeTable encode(const ShapeSet&, std::span<const int>) override { return {}; }
+    std::vector<float> reference_codes() override { return {}; }
+    std::vector<ComponentPlace> places() const override { return {}; }
 
-    std::vector<nn::DecoderColumn> derivatives(std::span<const float> codes) const override {
-        std::vector<nn::DecoderColumn> columns(kCodes);
+    std::vector<CodeColumn> derivatives(std::span<const float> codes) const override {
+        std::vector<CodeColumn> columns(kCodes);
         for (std::size_t k = 0; k < columns.size(); ++k) {
             for (int v = 0; v < count_; ++v) {
                 const float* row = directions_[k].data() + at(v) * kFeatureDim;
@@ -79,7 +98,10 @@ class WaveDecoder final : public nn::CodeDecoder {
                 for (int c = 0; c < kFeatureDim; ++c) {
                     const double y = std::tanh(sum(codes, at(v * kFeatureDim + c)));
                     const double slope = kind_ == Kind::linear ? 1 : 1 - y * y;
-                    columns[k].values.push_back(static_cast<float>(slope * row[c]));
+                    const double unscaled =
+                        static_cast<double>(static_cast<float>(slope * row[c])) /
+                        wave_scale().factor[at(c)];
+                    columns[k].values.push_back(static_cast<float>(unscaled));
                 }
             }
         }
@@ -101,21 +123,11 @@ class WaveDecoder final : public nn::CodeDecoder {
     std::vector<float> bias_;                     // (V,9)
 };
 
-/// Different for r and S, exact in float.
-inline FeatureScaler wave_scaler() {
-    FeatureScaler scaler;
-    for (std::size_t c = 0; c < kFeatureDim; ++c) {
-        scaler.offset[c] = static_cast<double>(kReferenceFeature[c]);
-        scaler.factor[c] = c < kRotationDim ? 0.5 : 2;
-    }
-    return scaler;
-}
-
 /// Codes of some size, fixed for a stream.
 inline std::vector<float> some_codes(std::uint64_t stream, double size) {
     Draws draws(stream);
     std::vector<float> codes;
-    for (int k = 0; k < WaveDecoder::kCodes; ++k) {
+    for (int k = 0; k < WaveModel::kCodes; ++k) {
         codes.push_back(static_cast<float>(size * draws.next()));
     }
     return codes;

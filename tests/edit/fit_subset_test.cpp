@@ -18,13 +18,13 @@ namespace {
 
 using namespace cases;
 
-VertexFit exact_fit(const WaveDecoder& decoder, const TriangleMesh& mesh, VertexSolver solver) {
+VertexFit exact_fit(const WaveModel& model, const TriangleMesh& mesh, VertexSolver solver) {
     VertexFitOptions options;
     options.solver = solver;
     options.prior = 0;
     options.max_steps = 80;
     options.least_gain = 1e-9;
-    return {decoder, wave_scaler(), mesh, EdgeWeights::cotangent, options};
+    return {model, mesh, EdgeWeights::cotangent, options};
 }
 
 /// The truth with nothing known but `vertices`.
@@ -69,13 +69,13 @@ TriangleMesh two_spheres() {
 
 const RigidMotion kMotion{rotation_about({1, 2, -0.5}, 2.5), Vector3d(3, -8, 20)};
 
-// A shape that the decoder can make is known from some of its vertices: 3 x 21 numbers fix seven
+// A shape that the model can make is known from some of its vertices: 3 x 21 numbers fix seven
 // codes and a motion. The others come along.
 TEST(FitSubset, RecoversAShapeFromSomeOfItsVertices) {
     const TriangleMesh mesh = bumpy_sphere(2);
-    const WaveDecoder decoder(mesh, WaveDecoder::Kind::tanh);
+    const WaveModel model(mesh, WaveModel::Kind::tanh);
     for (const VertexSolver solver : {VertexSolver::poisson, VertexSolver::lossless}) {
-        const VertexFit fit = exact_fit(decoder, mesh, solver);
+        const VertexFit fit = exact_fit(model, mesh, solver);
         const std::vector<float> wanted = some_codes(1, 0.8);
         const std::vector<Point> truth = moved(fit.positions(wanted), kMotion);
         std::vector<float> start = wanted;
@@ -94,8 +94,8 @@ TEST(FitSubset, RecoversAShapeFromSomeOfItsVertices) {
 // the vertices that are known, and the others have not moved by a bit.
 TEST(FitSubset, EndsWhereNoneOfItsCodesHelpsAnyMore) {
     const TriangleMesh mesh = bumpy_sphere(2);
-    const WaveDecoder decoder(mesh, WaveDecoder::Kind::tanh);
-    const VertexFit fit = exact_fit(decoder, mesh, VertexSolver::poisson);
+    const WaveModel model(mesh, WaveModel::Kind::tanh);
+    const VertexFit fit = exact_fit(model, mesh, VertexSolver::poisson);
     const std::vector<Point> truth =
         mapped(mesh, [](const Vector3d& p) -> Vector3d { return wobble(p); }).vertices;
     const std::vector<float> start = some_codes(5, 0.2);
@@ -110,7 +110,7 @@ TEST(FitSubset, EndsWhereNoneOfItsCodesHelpsAnyMore) {
         return (at_change(0.02F) - at_change(-0.02F)) / 0.04;
     };
     double before = 0, after = 0, others = 0;
-    for (int k = 0; k < WaveDecoder::kCodes; ++k) {
+    for (int k = 0; k < WaveModel::kCodes; ++k) {
         if (k == 0 || k == 3 || k == 5) {
             EXPECT_NE(found.codes[at(k)], start[at(k)]);
             before = std::max(before, std::abs(slope(start, k)));
@@ -127,8 +127,8 @@ TEST(FitSubset, EndsWhereNoneOfItsCodesHelpsAnyMore) {
 
 TEST(FitSubset, EverythingListedInAnyOrderIsTheWholeFit) {
     const TriangleMesh mesh = bumpy_sphere(1);
-    const WaveDecoder decoder(mesh, WaveDecoder::Kind::tanh);
-    const VertexFit fit(decoder, wave_scaler(), mesh, EdgeWeights::cotangent);
+    const WaveModel model(mesh, WaveModel::Kind::tanh);
+    const VertexFit fit(model, mesh, EdgeWeights::cotangent);
     const std::vector<Point> truth = fit.positions(some_codes(1, 0.8));
     FitSubset all{{6, 5, 4, 3, 2, 1, 0}, every(1, mesh.vertex_count())};
     std::reverse(all.vertices.begin(), all.vertices.end());
@@ -143,8 +143,8 @@ TEST(FitSubset, EverythingListedInAnyOrderIsTheWholeFit) {
 TEST(FitSubset, PartsThatAreUnknownComeAlong) {
     const TriangleMesh mesh = two_spheres();
     const int half = mesh.vertex_count() / 2;
-    const WaveDecoder decoder(mesh, WaveDecoder::Kind::tanh);
-    const VertexFit fit = exact_fit(decoder, mesh, VertexSolver::poisson);
+    const WaveModel model(mesh, WaveModel::Kind::tanh);
+    const VertexFit fit = exact_fit(model, mesh, VertexSolver::poisson);
     const std::vector<float> wanted = some_codes(1, 0.5);
     const std::vector<Point> truth = moved(fit.positions(wanted), kMotion);
     const FitSubset subset{{0, 1}, every(2, half)};
@@ -164,8 +164,8 @@ TEST(FitSubset, PartsThatAreUnknownComeAlong) {
 TEST(FitSubset, PartsThatAreKnownInPartLieWhereTheyAreKnown) {
     const TriangleMesh mesh = two_spheres();
     const int half = mesh.vertex_count() / 2;
-    const WaveDecoder decoder(mesh, WaveDecoder::Kind::tanh);
-    const VertexFit fit = exact_fit(decoder, mesh, VertexSolver::poisson);
+    const WaveModel model(mesh, WaveModel::Kind::tanh);
+    const VertexFit fit = exact_fit(model, mesh, VertexSolver::poisson);
     const std::vector<float> wanted = some_codes(1, 0.5);
     std::vector<Point> truth = fit.positions(wanted);
     for (int i = half; i < 2 * half; ++i) truth[at(i)][2] += 1.5;
@@ -187,8 +187,8 @@ TEST(FitSubset, PartsThatAreKnownInPartLieWhereTheyAreKnown) {
 
 TEST(FitSubset, RefusesWhatIsNotThere) {
     const TriangleMesh mesh = bumpy_sphere(1);
-    const WaveDecoder decoder(mesh, WaveDecoder::Kind::tanh);
-    const VertexFit fit(decoder, wave_scaler(), mesh, EdgeWeights::cotangent);
+    const WaveModel model(mesh, WaveModel::Kind::tanh);
+    const VertexFit fit(model, mesh, EdgeWeights::cotangent);
     const std::vector<float> start = some_codes(4, 0.3);
     const auto message = [&](const FitSubset& subset) {
         return thrown_message<UsageError>([&] { fit.fit(mesh.vertices, start, subset); });

@@ -44,7 +44,7 @@ double difference(const std::vector<Point>& a, const std::vector<Point>& b) {
 /// A rigid motion far away.
 RigidMotion some_motion() { return {rotation_about({1, 2, -0.5}, 2.5), Vector3d(3, -8, 20)}; }
 
-/// A shape that the decoder cannot reach.
+/// A shape that the model cannot reach.
 std::vector<Point> foreign_shape(const TriangleMesh& mesh, double strength = 1) {
     return mapped(mesh,
                   [=](const Vector3d& p) -> Vector3d { return p + strength * (wobble(p) - p); })
@@ -62,23 +62,22 @@ VertexFitOptions without_prior(VertexSolver solver = VertexSolver::poisson) {
 
 struct Fixture {
     explicit Fixture(TriangleMesh reference = bumpy_sphere(2),
-                     WaveDecoder::Kind kind = WaveDecoder::Kind::tanh)
-        : mesh(std::move(reference)), decoder(mesh, kind) {}
+                     WaveModel::Kind kind = WaveModel::Kind::tanh)
+        : mesh(std::move(reference)), model(mesh, kind) {}
     VertexFit fit(const VertexFitOptions& options) const {
-        return {decoder, scaler, mesh, EdgeWeights::cotangent, options};
+        return {model, mesh, EdgeWeights::cotangent, options};
     }
 
     TriangleMesh mesh;
-    WaveDecoder decoder;
-    FeatureScaler scaler = wave_scaler();
+    WaveModel model;
 };
 
-// Codes and decoder on a grid that float holds exactly: only the h⁴ of the differences is left. At
+// Codes and model on a grid that float holds exactly: only the h⁴ of the differences is left. At
 // the code 0 every r is 0; elsewhere they go up to several turns.
 TEST(VertexFit, DerivativesAreThoseOfThePositions) {
     constexpr float h = 1.0F / 64;
     for (const TriangleMesh& mesh : {bumpy_sphere(2), shapes::grid(7, 6)}) {
-        const Fixture f(mesh, WaveDecoder::Kind::linear);
+        const Fixture f(mesh, WaveModel::Kind::linear);
         const VertexFit fit = f.fit({});
         const std::size_t count = mesh.vertices.size();
         for (const double size : {0.0, 0.5, 4.0}) {
@@ -108,7 +107,7 @@ TEST(VertexFit, DerivativesAreThoseOfThePositions) {
     }
 }
 
-// Whatever the decoder can make, moved rigidly anywhere, is found again from nearby codes.
+// Whatever the model can make, moved rigidly anywhere, is found again from nearby codes.
 TEST(VertexFit, RecoversWhatTheDecoderCanMake) {
     const Fixture f;
     for (const VertexSolver solver : {VertexSolver::poisson, VertexSolver::lossless}) {
@@ -164,7 +163,7 @@ TEST(VertexFit, EndsWhereNoCodeHelpsAnyMore) {
     const Fixture f;
     const VertexFit fit = f.fit(without_prior());
     const std::vector<Point> truth = foreign_shape(f.mesh);
-    const std::vector<float> start(WaveDecoder::kCodes, 0.0F);
+    const std::vector<float> start(WaveModel::kCodes, 0.0F);
     const auto slopes = [&](const std::vector<float>& codes) {
         std::vector<double> result;
         for (std::size_t k = 0; k < codes.size(); ++k) {
@@ -264,13 +263,13 @@ TEST(VertexFit, PriorCountsInDeviations) {
     VertexFitOptions plain = without_prior(), wide = without_prior();
     plain.prior = 0.02;
     wide.prior = 0.04;
-    wide.code_deviations.assign(WaveDecoder::kCodes, 2);
+    wide.code_deviations.assign(WaveModel::kCodes, 2);
     const FittedShape a = f.fit(plain).fit(foreign_shape(f.mesh), start);
     const FittedShape b = f.fit(wide).fit(foreign_shape(f.mesh), start);
     EXPECT_EQ(a.codes, b.codes);
     // The others count as the root mean square of all; the first has more room than that.
     wide.code_deviations[0] = 20;
-    plain.code_deviations.assign(WaveDecoder::kCodes, std::sqrt((6 * 4.0F + 400) / 7));
+    plain.code_deviations.assign(WaveModel::kCodes, std::sqrt((6 * 4.0F + 400) / 7));
     wide.prior = plain.prior = 0.5;
     const float far = f.fit(wide).fit(foreign_shape(f.mesh), start).codes[0];
     const float near = f.fit(plain).fit(foreign_shape(f.mesh), start).codes[0];
@@ -279,10 +278,10 @@ TEST(VertexFit, PriorCountsInDeviations) {
 
 // Codes that do nothing or the same leave the normal matrix singular.
 TEST(VertexFit, SurvivesCodesThatDoNothingOrTheSame) {
-    const Fixture f(bumpy_sphere(2), WaveDecoder::Kind::redundant);
+    const Fixture f(bumpy_sphere(2), WaveModel::Kind::redundant);
     const VertexFit fit = f.fit(without_prior());
     const FittedShape found =
-        fit.fit(foreign_shape(f.mesh), std::vector<float>(WaveDecoder::kCodes, 0.0F));
+        fit.fit(foreign_shape(f.mesh), std::vector<float>(WaveModel::kCodes, 0.0F));
     EXPECT_LT(found.rms, 0.95 * found.initial_rms);
     EXPECT_NEAR(found.codes[0], found.codes[1], 1e-3);
     for (const float z : found.codes) EXPECT_TRUE(std::isfinite(z));
@@ -303,7 +302,7 @@ TEST(VertexFit, IsTheSameForAnyNumberOfThreadsAloneAndTogether) {
     std::vector<FittedShape> one;
     for (std::size_t n = 0; n < 3; ++n) {
         one.push_back(fit.fit(truths[n], std::span<const float>(starts).subspan(
-                                             n * WaveDecoder::kCodes, WaveDecoder::kCodes)));
+                                             n * WaveModel::kCodes, WaveModel::kCodes)));
     }
     for (const int threads : {2, 7}) {
         set_thread_count(threads);
@@ -314,9 +313,8 @@ TEST(VertexFit, IsTheSameForAnyNumberOfThreadsAloneAndTogether) {
             EXPECT_EQ(all[n].rms, one[n].rms) << threads;
         }
         // One shape has the threads for its derivatives.
-        EXPECT_EQ(
-            fit.fit(truths[0], std::span<const float>(starts).first(WaveDecoder::kCodes)).codes,
-            one[0].codes);
+        EXPECT_EQ(fit.fit(truths[0], std::span<const float>(starts).first(WaveModel::kCodes)).codes,
+                  one[0].codes);
     }
     set_thread_count(before);
 }
@@ -354,9 +352,9 @@ TEST(VertexFit, RefusesWhatDoesNotFit) {
     EXPECT_EQ(thrown_message<UsageError>([&] { f.fit(options); }),
               "deviations of 3 codes, wanted 7");
     const Fixture other(bumpy_sphere(1));
-    EXPECT_EQ(thrown_message<UsageError>(
-                  [&] { VertexFit(other.decoder, f.scaler, f.mesh, EdgeWeights::cotangent); }),
-              "a decoder of 42 vertices, wanted the 162 of the reference");
+    EXPECT_EQ(
+        thrown_message<UsageError>([&] { VertexFit(other.model, f.mesh, EdgeWeights::cotangent); }),
+        "a model of 42 vertices, wanted the 162 of the reference");
     EXPECT_THROW(parse_vertex_solver("none"), UsageError);
     for (const VertexSolver solver : {VertexSolver::poisson, VertexSolver::lossless}) {
         EXPECT_EQ(parse_vertex_solver(to_string(solver)), solver);
@@ -365,9 +363,9 @@ TEST(VertexFit, RefusesWhatDoesNotFit) {
 
 // Steps into what cannot be decoded are refused; a start there is an error.
 TEST(VertexFit, StaysWhereTheDecoderIsFinite) {
-    const Fixture f(bumpy_sphere(2), WaveDecoder::Kind::breaking);
+    const Fixture f(bumpy_sphere(2), WaveModel::Kind::breaking);
     const VertexFit fit = f.fit(without_prior());
-    std::vector<float> start(WaveDecoder::kCodes, 0.0F);
+    std::vector<float> start(WaveModel::kCodes, 0.0F);
     const FittedShape found = fit.fit(foreign_shape(f.mesh), start);
     EXPECT_LT(found.rms, found.initial_rms);
     start[0] = 100;

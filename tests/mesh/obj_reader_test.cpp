@@ -14,8 +14,8 @@
 #include "base/thrown_message.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/interruption.h"
 #include "mscomp/base/random.h"
-#include "mscomp/base/stop_request.h"
 
 namespace mscomp {
 namespace {

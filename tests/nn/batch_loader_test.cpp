@@ -86,8 +86,8 @@ void expect_definition(int vertices, int lanes, int count, GatherThreads threads
                     const int shape = which[static_cast<std::size_t>(l)];
                     const double feature =
                         features[static_cast<std::size_t>((shape * vertices + user) * 9 + c)];
-                    wanted = static_cast<float>((feature - source.offset[channel]) *
-                                                source.factor[channel]);
+                    wanted = static_cast<float>((feature - source.scale.offset[channel]) *
+                                                source.scale.factor[channel]);
                 }
                 ASSERT_EQ(rows[static_cast<std::size_t>((v * 9 + c) * lanes + l)], T{wanted})
                     << "vertex " << v << ", channel " << c << ", lane " << l << " of " << count;

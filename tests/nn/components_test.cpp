@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/components.h"
+#include "mscomp/model/components.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 
+#include "network_files.h"
 #include "nn/start.h"
 #include "op_table.h"
 #include "shapes.h"
@@ -19,8 +20,7 @@ namespace {
 class ByHand : public testing::Test {
   protected:
     std::vector<Component> all(const FilterConfig& filter = {}) {
-        return extract_components(*hand_.model, hand_.codes, hand_.reference, hand_.factor, filter,
-                                  hand_.line);
+        return extract_components(*hand_.network, hand_.codes, filter, hand_.line);
     }
     Component first(FilterConfig filter = {}) { return all(filter).front(); }
     /// Length of the change of vertex 0, 2 and 3 between the reference and code 2 of component 0.
@@ -136,13 +136,10 @@ std::vector<Component> untrained(const StackedConfig& config) {
     StackedModel<float> model(config, {}, one_rings_of_faces(9, mesh.faces), line,
                               StackedModel<float>::Options{});
     start_random(model, 1);
-    std::array<double, 9> factor{};
-    factor.fill(1);
-    std::vector<std::vector<float>> codes;
-    for (const auto& level : model.levels()) {
-        codes.emplace_back(static_cast<std::size_t>(level.autoencoders * level.components), 1.0F);
-    }
-    return extract_components(model, codes, std::vector<float>(81, 0.0F), factor, {}, line);
+    Network network(model, around_reference(1));
+    const CodeTable codes{network.code_count(),
+                          std::vector<float>(static_cast<std::size_t>(network.code_count()), 1.0F)};
+    return extract_components(network, codes, {}, line);
 }
 
 std::vector<std::string> ids(const std::vector<Component>& components) {
@@ -183,15 +180,11 @@ TEST(Components, IdsWithoutAttentionNameTheLevel) {
 TEST(Components, MoveNothingFarFromTheirSupport) {
     SmallTraining problem;
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     for (int epoch = 0; epoch < 20; ++epoch) trainer.run_epoch();
-    const auto codes = trainer.codes();
-    std::array<double, 9> factor{};
-    factor.fill(0.5);
-    const std::vector<float> reference(static_cast<std::size_t>(model->vertex_count()) * 9, 0.0F);
-    const auto components =
-        extract_components(*model, codes, reference, factor, {}, problem.distances);
+    Network network(*model, around_reference(0.5));
+    const auto components = extract_components(network, trainer.codes(), {}, problem.distances);
     ASSERT_EQ(components.size(), 3u + 6u);
     for (const Component& c : components) {
         EXPECT_TRUE(c.code_end == c.code_min || c.code_end == c.code_max);
@@ -216,15 +209,13 @@ TEST(Components, MoveNothingFarFromTheirSupport) {
 TEST(Components, BelowTheMinimumStrengthAreDroppedWithAReason) {
     SmallTraining problem;
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
-    std::array<double, 9> factor{};
-    factor.fill(1.0);
+    Network network(*model, around_reference(1));
     FilterConfig filter;
     filter.minimum_strength = 1e9;
-    const std::vector<float> reference(static_cast<std::size_t>(model->vertex_count()) * 9, 0.0F);
-    for (const Component& c : extract_components(*model, trainer.codes(), reference, factor, filter,
-                                                 problem.distances)) {
+    for (const Component& c :
+         extract_components(network, trainer.codes(), filter, problem.distances)) {
         EXPECT_FALSE(c.kept);
         EXPECT_FALSE(c.reason.empty());
     }

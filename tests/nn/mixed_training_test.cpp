@@ -8,7 +8,8 @@
 
 #include "base/temporary_folder.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/model_file.h"
+#include "mscomp/model/model_file.h"
+#include "network_files.h"
 #include "nn/trainer.h"
 #include "small_training.h"
 
@@ -27,7 +28,7 @@ struct MixedTraining : SmallTraining {
 
 std::vector<float> trained(MixedTraining& problem, int epochs) {
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     for (int epoch = 0; epoch < epochs; ++epoch) trainer.run_epoch();
     return all_of(*model);
@@ -80,15 +81,15 @@ TEST_F(MixedTrainingTest, ResumedIsUninterrupted) {
             context.train_shapes = problem.shapes;
             {
                 const auto model = problem.make_model();
-                Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+                Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
                 trainer.start();
                 for (int epoch = 0; epoch < saved; ++epoch) trainer.run_epoch();
-                write_model(path, *model, context, trainer.state(), trainer.codes());
+                write_network(path, *model, context, trainer.state(), trainer.codes());
             }
             const ModelFile file(path);
             const auto model = problem.make_model();
-            file.load(*model);
-            Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+            load_network(file, *model);
+            Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
             trainer.resume(file.state());
             for (int epoch = saved; epoch < kEpochs; ++epoch) trainer.run_epoch();
             EXPECT_EQ(all_of(*model), whole) << "saved at " << saved << ", batches of " << batch;
@@ -101,7 +102,7 @@ TEST_F(MixedTrainingTest, CodesAreThoseOfTheShapes) {
     for (const int batch : {kFilled, 5, 4}) {
         MixedTraining problem(batch);
         const auto model = problem.make_model();
-        Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+        Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
         trainer.start();
         for (int epoch = 0; epoch < 2; ++epoch) trainer.run_epoch();
         const std::vector<std::vector<float>> codes = trainer.codes();
@@ -148,7 +149,7 @@ TEST_F(MixedTrainingTest, ReadsTrainingShapesOnly) {
     problem.shapes = {0, 2, 5};
     const WatchedFeatures watched(problem.features, problem.mesh.vertex_count());
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, ScaledFeatures{watched}, problem.shapes);
+    Trainer trainer(*model, problem.config.train, ScaledFeatures{watched}, problem.shapes);
     trainer.start();
     for (int epoch = 0; epoch < 9; ++epoch) trainer.run_epoch();
     trainer.codes();
@@ -176,9 +177,9 @@ TEST_F(MixedTrainingTest, MixesAreScaledLikeShapes) {
     for (float& x : unscaled) x /= 4;  // exact, there and back
     const MemoryFeatures memory(unscaled, problem.mesh.vertex_count());
     ScaledFeatures features{memory};
-    features.factor.fill(4);
+    features.scale.factor.fill(4);
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, features, problem.shapes);
     trainer.start();
     for (int epoch = 0; epoch < 2; ++epoch) trainer.run_epoch();
     EXPECT_EQ(all_of(*model), before);
@@ -191,7 +192,7 @@ TEST_F(MixedTrainingTest, MixesChangeEveryEightEpochs) {
     problem.config.train.learning_rate = problem.config.train.learning_rate_floor = 0;
     problem.config.train.supports = false;
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     std::vector<double> totals;
     for (int epoch = 0; epoch < 24; ++epoch) totals.push_back(trainer.run_epoch().total);

@@ -8,7 +8,8 @@
 #include "base/temporary_folder.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/safetensors.h"
-#include "mscomp/nn/model_file.h"
+#include "mscomp/model/model_file.h"
+#include "network_files.h"
 #include "nn/trainer.h"
 #include "small_training.h"
 
@@ -54,7 +55,7 @@ class Plateau : public testing::Test {
     /// A trainer that goes on from a file.
     std::unique_ptr<Trial> resumed(const ModelFile& file) {
         auto run = std::make_unique<Trial>(problem_);
-        file.load(*run->model);
+        load_network(file, *run->model);
         run->trainer.resume(file.state());
         return run;
     }
@@ -121,7 +122,7 @@ TEST_F(Plateau, EndsAtTheSameEpochAfterAResume) {
         Trial first(problem_);
         for (std::size_t epoch = 0; epoch < saved; ++epoch) first.trainer.run_epoch();
         const std::string path = folder_ / "model.safetensors";
-        write_model(path, *first.model, context(), first.trainer.state(), first.trainer.codes());
+        write_network(path, *first.model, context(), first.trainer.state(), first.trainer.codes());
         const ModelFile file(path);
         EXPECT_EQ(file.state().window_mean, first.trainer.state().window_mean);
         EXPECT_EQ(file.state().window_sum, first.trainer.state().window_sum);
@@ -136,7 +137,7 @@ TEST_F(Plateau, IsKeptInTheFile) {
     Trial run(problem_);
     run.to_the_end();
     const std::string path = folder_ / "model.safetensors";
-    write_model(path, *run.model, context(), run.trainer.state(), run.trainer.codes());
+    write_network(path, *run.model, context(), run.trainer.state(), run.trainer.codes());
     const ModelFile file(path);
     EXPECT_TRUE(file.state().is_plateau);
     EXPECT_TRUE(resumed(file)->trainer.is_over());
@@ -192,7 +193,7 @@ TEST_F(Plateau, OfAnOldFileBeginsItsWindowAnew) {
     Trial first(problem_);
     for (int epoch = 0; epoch < 6; ++epoch) first.trainer.run_epoch();
     const std::string path = folder_ / "new.safetensors", old = folder_ / "old.safetensors";
-    write_model(path, *first.model, context(), first.trainer.state(), first.trainer.codes());
+    write_network(path, *first.model, context(), first.trainer.state(), first.trainer.codes());
     const double before = first.trainer.state().window_mean;
     for (const std::vector<double>& window :
          {std::vector<double>{}, std::vector<double>{before, 1.0, 0.0}}) {

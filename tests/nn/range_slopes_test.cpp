@@ -239,7 +239,8 @@ struct LearningRanges {
 TEST(RangeSlopes, KeepRangesFromCollapsing) {
     set_thread_count(1);  // many tiny passes
     LearningRanges with;
-    Trainer trainer(*with.model, with.problem.config, with.problem.features, with.problem.shapes);
+    Trainer trainer(*with.model, with.problem.config.train, with.problem.features,
+                    with.problem.shapes);
     trainer.start();
     std::vector<float> earlier;
     while (!trainer.is_over()) {
@@ -280,7 +281,7 @@ TEST(LearnedRanges, CanBeFixed) {
             fixed.problem.config.train.sparsity_step = step;
             fixed.problem.config.spectral.learned_range = is_learned;
             fixed.model = make_vae<float>(fixed.problem);
-            Trainer trainer(*fixed.model, fixed.problem.config, fixed.problem.features,
+            Trainer trainer(*fixed.model, fixed.problem.config.train, fixed.problem.features,
                             fixed.problem.shapes);
             trainer.start();
             for (int epoch = 0; epoch < 5; ++epoch) trainer.run_epoch();

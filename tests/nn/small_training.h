@@ -12,6 +12,7 @@
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/random.h"
 #include "mscomp/nn/config.h"
+#include "mscomp/nn/spectral_config.h"
 #include "nn/stacked_model.h"
 #include "nn/trainer.h"
 #include "shapes.h"
@@ -39,8 +40,17 @@ class SphereDistances final : public DistanceRows {
     std::vector<std::vector<double>> rows_;
 };
 
+/// What the networks of tests are made of and how they are trained.
+struct SmallConfig {
+    StackedConfig stacked;
+    LossConfig loss;
+    SpectralConfig spectral;
+    SpectralLossConfig spectral_loss;
+    TrainConfig train;
+};
+
 /// Options that a stacked model gets for training under `config` on `shapes` shapes.
-inline StackedModel<float>::Options training_options(const Config& config, int shapes) {
+inline StackedModel<float>::Options training_options(const SmallConfig& config, int shapes) {
     StackedModel<float>::Options options;
     options.batch = std::min(config.train.batch, epoch_size(config.train, shapes, 0));  // small
     options.sparsity_gradient = config.train.sparsity_step == SparsityStep::subgradient;
@@ -53,7 +63,7 @@ struct SmallTraining {
     SphereDistances distances{mesh.vertices};
     std::vector<float> features;  // (N,V,9), r within +-0.8, S - I zero
     std::vector<int> shapes;
-    Config config;
+    SmallConfig config;
 
     explicit SmallTraining(int shape_count = 12, int patches = 3) {
         const CounterRandom random(11, 0);

@@ -174,7 +174,7 @@ TEST(SpectralDeflationStart, OfShapesThatDoNotMoveIsFinite) {
         Started started(9, Tied::transpose, 20);
         if (!moves) std::ranges::fill(started.problem.features, 0.0F);
         started.start();
-        Trainer trainer(*started.model, started.problem.config, started.problem.features,
+        Trainer trainer(*started.model, started.problem.config.train, started.problem.features,
                         started.problem.shapes);
         trainer.start();
         if (!moves) {

@@ -86,7 +86,7 @@ TEST(DeflationStart, StopsWhereEverythingIsExplained) {
     fill_with_two_directions(problem);
     problem.config.stacked.levels = {{5, 0.3, 1.0, {}}};
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     const std::span<const float> weights = model->parameters().value(model->levels()[0].weights);
     for (int row = 0; row < 5; ++row) {
@@ -164,7 +164,7 @@ TEST(DeflationStart, OfShapesThatDoNotMoveIsFinite) {
     SmallTraining problem;
     std::fill(problem.features.begin(), problem.features.end(), 0.0F);
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     EXPECT_TRUE(std::isfinite(trainer.run_epoch().total));
     for (const float x : all_of(*model)) EXPECT_TRUE(std::isfinite(x));

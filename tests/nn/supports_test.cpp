@@ -291,7 +291,7 @@ TEST(SupportsInSmallBatches, KeepWhatMovesRarely) {
     for (const bool supports : {false, true}) {
         problem.config.train.supports = supports;
         const auto model = problem.make_model();
-        Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+        Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
         trainer.start();
         EpochReport report;
         for (int epoch = 0; epoch < 40; ++epoch) report = trainer.run_epoch();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/nn/synthesis.h"
+#include "mscomp/model/synthesis.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mscomp/base/error.h"
+#include "network_files.h"
 #include "small_training.h"
 #include "two_components.h"
 
@@ -17,14 +18,12 @@ namespace {
 class SynthesisByHand : public testing::Test {
   protected:
     std::vector<Component> components() {
-        return extract_components(*hand_.model, hand_.codes, hand_.reference, hand_.factor, {},
-                                  hand_.line);
+        return extract_components(*hand_.network, hand_.codes, {}, hand_.line);
     }
     /// What weights (W_0, W_1) change.
     std::vector<float> change(double first, double second) {
         const auto all = components();
-        const auto decoder = hand_.model->decoder();
-        const Synthesis synthesis(*decoder, all, hand_.factor);
+        const Synthesis synthesis(*hand_.network, all);
         return synthesis.change(
             synthesis.codes(std::vector<ComponentWeight>{{0, first}, {1, second}}));
     }
@@ -35,8 +34,7 @@ class SynthesisByHand : public testing::Test {
 // [B] eq. 14 from the reference (0.1, 0.05) to the ends (2, 0).
 TEST_F(SynthesisByHand, CodesMoveFromTheReferenceTowardsTheEnd) {
     const auto all = components();
-    const auto decoder = hand_.model->decoder();
-    const Synthesis synthesis(*decoder, all, hand_.factor);
+    const Synthesis synthesis(*hand_.network, all);
     const auto codes = synthesis.codes(std::vector<ComponentWeight>{{0, 0.3}, {1, -2.0}});
     EXPECT_NEAR(codes[0], 0.1 + 0.3 * 1.9, 1e-6);
     EXPECT_NEAR(codes[1], 0.05 + 2.0 * 0.05, 1e-6);  // away from its end
@@ -73,7 +71,7 @@ TEST_F(SynthesisByHand, ComponentsOfDisjointSupportsAdd) {
     weights[(5 + 3) * 9] = 1.5F;      // component 1: vertices 3
     weights[(5 + 4) * 9 + 7] = 1.0F;  // and 4
     hand_.set_weights(weights);
-    hand_.codes = {{-0.5F, 0.5F, 2.0F, 1.0F}};
+    hand_.codes.values = {-0.5F, 0.5F, 2.0F, 1.0F};
     const auto first = change(0.8, 0), second = change(0, -1.2), both = change(0.8, -1.2);
     for (std::size_t i = 0; i < both.size(); ++i) {
         EXPECT_TRUE(first[i] == 0 || second[i] == 0);
@@ -87,17 +85,13 @@ TEST_F(SynthesisByHand, ComponentsOfDisjointSupportsAdd) {
 TEST(Synthesis, OfTwoLevelsReachesTheEndOfEveryComponent) {
     SmallTraining problem;
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     trainer.run_epoch();
-    std::array<double, 9> factor{};
-    factor.fill(0.5);
-    const std::vector<float> reference(static_cast<std::size_t>(model->vertex_count()) * 9, 0.0F);
-    const auto components =
-        extract_components(*model, trainer.codes(), reference, factor, {}, problem.distances);
-    const auto decoder = model->decoder();
-    ASSERT_EQ(components.size(), static_cast<std::size_t>(decoder->code_count()));
-    const Synthesis synthesis(*decoder, components, factor);
+    Network network(*model, around_reference(0.5));
+    const auto components = extract_components(network, trainer.codes(), {}, problem.distances);
+    ASSERT_EQ(components.size(), static_cast<std::size_t>(network.code_count()));
+    const Synthesis synthesis(network, components);
     for (const Component& c : components) {
         const std::vector<ComponentWeight> end{{c.code, 1.0}};
         EXPECT_EQ(synthesis.change(synthesis.codes(end)), c.difference) << c.id;
@@ -150,22 +144,22 @@ void expect_near(const Moments& drawn, const Moments& wanted) {
     }
 }
 
-/// Five shapes with three codes on two levels (2 and 1), correlated: 0 with 1 and with 2.
-const std::vector<std::vector<float>> kCodes{
-    {1.0F, 2.0F, 3.0F, 3.5F, -1.0F, 0.5F, 2.0F, 2.0F, 0.0F, 4.0F},
-    {10.0F, 14.0F, 7.0F, 11.0F, 9.0F}};
+/// Five shapes with three codes, correlated: 0 with 1 and with 2.
+const CodeTable kCodes{
+    3,
+    {1.0F, 2.0F, 10.0F, 3.0F, 3.5F, 14.0F, -1.0F, 0.5F, 7.0F, 2.0F, 2.0F, 11.0F, 0.0F, 4.0F, 9.0F}};
 constexpr int kShapes = 5;
 
 std::vector<std::vector<float>> training_rows() {
     std::vector<std::vector<float>> rows;
-    for (std::size_t m = 0; m < kShapes; ++m) {
-        rows.push_back({kCodes[0][2 * m], kCodes[0][2 * m + 1], kCodes[1][m]});
+    for (int m = 0; m < kShapes; ++m) {
+        rows.emplace_back(kCodes.shape(m).begin(), kCodes.shape(m).end());
     }
     return rows;
 }
 
 TEST(CodeSampler, FittedHasMeanAndCovarianceOfTheTrainingCodes) {
-    expect_near(drawn_moments(CodeSampler(CodeDistribution::fitted, kCodes, kShapes, 7)),
+    expect_near(drawn_moments(CodeSampler(CodeDistribution::fitted, kCodes, 7)),
                 moments_of(training_rows(), kShapes - 1.0));
 }
 
@@ -175,18 +169,17 @@ TEST(CodeSampler, IndependentHasMeanAndVariancesOnly) {
     for (std::size_t i = 0; i < 9; ++i) {
         if (i % 4 != 0) wanted.covariance[i] = 0;
     }
-    expect_near(drawn_moments(CodeSampler(CodeDistribution::independent, kCodes, kShapes, 7)),
-                wanted);
+    expect_near(drawn_moments(CodeSampler(CodeDistribution::independent, kCodes, 7)), wanted);
 }
 
 TEST(CodeSampler, PriorHasMeanZeroAndVarianceOne) {
-    expect_near(drawn_moments(CodeSampler(CodeDistribution::prior, kCodes, kShapes, 7)),
+    expect_near(drawn_moments(CodeSampler(CodeDistribution::prior, kCodes, 7)),
                 {{0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}});
 }
 
 // Two shapes: every draw lies on the line through both, and on both sides of each.
 TEST(CodeSampler, OfFewerShapesThanCodesStaysInTheirSpan) {
-    const CodeSampler sampler(CodeDistribution::fitted, {{1, 0, 3, 3, 4, 5}}, 2, 1);
+    const CodeSampler sampler(CodeDistribution::fitted, {3, {1, 0, 3, 3, 4, 5}}, 1);
     int beyond = 0;
     for (std::uint64_t i = 0; i < 200; ++i) {
         const auto z = sampler.draw(i);
@@ -200,9 +193,9 @@ TEST(CodeSampler, OfFewerShapesThanCodesStaysInTheirSpan) {
 }
 
 TEST(CodeSampler, SameSeedGivesTheSameBitsWhateverTheOrder) {
-    const CodeSampler a(CodeDistribution::fitted, kCodes, kShapes, 3);
-    const CodeSampler b(CodeDistribution::fitted, kCodes, kShapes, 3);
-    const CodeSampler other(CodeDistribution::fitted, kCodes, kShapes, 4);
+    const CodeSampler a(CodeDistribution::fitted, kCodes, 3);
+    const CodeSampler b(CodeDistribution::fitted, kCodes, 3);
+    const CodeSampler other(CodeDistribution::fitted, kCodes, 4);
     const auto fifth = b.draw(5);
     EXPECT_EQ(a.draw(4), b.draw(4));
     EXPECT_EQ(a.draw(5), fifth);
@@ -211,9 +204,9 @@ TEST(CodeSampler, SameSeedGivesTheSameBitsWhateverTheOrder) {
 }
 
 TEST(CodeSampler, OneShapeHasNoGaussian) {
-    EXPECT_THROW(CodeSampler(CodeDistribution::fitted, {{1, 2, 3}}, 1, 0), UsageError);
-    EXPECT_THROW(CodeSampler(CodeDistribution::independent, {{1, 2, 3}}, 1, 0), UsageError);
-    EXPECT_EQ(CodeSampler(CodeDistribution::prior, {{1, 2, 3}}, 1, 0).draw(0).size(), 3U);
+    EXPECT_THROW(CodeSampler(CodeDistribution::fitted, {3, {1, 2, 3}}, 0), UsageError);
+    EXPECT_THROW(CodeSampler(CodeDistribution::independent, {3, {1, 2, 3}}, 0), UsageError);
+    EXPECT_EQ(CodeSampler(CodeDistribution::prior, {3, {1, 2, 3}}, 0).draw(0).size(), 3U);
 }
 
 }  // namespace

@@ -10,7 +10,8 @@
 #include "base/temporary_folder.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/nn/model_file.h"
+#include "mscomp/model/model_file.h"
+#include "network_files.h"
 #include "small_training.h"
 
 namespace mscomp::nn {
@@ -28,7 +29,7 @@ class Training : public testing::Test {
 
 std::vector<float> trained(SmallTraining& problem, int epochs) {
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     for (int epoch = 0; epoch < epochs; ++epoch) trainer.run_epoch();
     return all_of(*model);
@@ -88,9 +89,9 @@ TEST_F(Training, ScalingOnTheWayChangesNoBit) {
         for (float& x : unscaled) x /= 4;
         const MemoryFeatures memory(unscaled, problem.mesh.vertex_count());
         ScaledFeatures features{memory};
-        features.factor.fill(4);
+        features.scale.factor.fill(4);
         const auto model = problem.make_model();
-        Trainer trainer(*model, problem.config, features, problem.shapes);
+        Trainer trainer(*model, problem.config.train, features, problem.shapes);
         trainer.start();
         for (int epoch = 0; epoch < 3; ++epoch) trainer.run_epoch();
         EXPECT_EQ(all_of(*model), before) << "batches of " << batch;
@@ -101,7 +102,7 @@ TEST_F(Training, ReadsOnceWhatFitsIntoOneBatch) {
     SmallTraining problem;
     const CountedFeatures counted(problem.features, problem.mesh.vertex_count());
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, ScaledFeatures{counted}, problem.shapes);
+    Trainer trainer(*model, problem.config.train, ScaledFeatures{counted}, problem.shapes);
     trainer.start();
     trainer.run_epoch();
     const int reads = counted.reads;
@@ -117,7 +118,7 @@ TEST_F(Training, AFailureToReadStopsBeforeTheStep) {
     problem.config.train.batch = 5;
     CountedFeatures counted(problem.features, problem.mesh.vertex_count());
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, ScaledFeatures{counted}, problem.shapes);
+    Trainer trainer(*model, problem.config.train, ScaledFeatures{counted}, problem.shapes);
     trainer.start();
     counted.reads_before_failure = counted.reads + 7;  // in the second batch
     try {
@@ -142,17 +143,17 @@ TEST_F(Training, ResumedIsUninterrupted) {
     context.train_shapes = problem.shapes;
     {
         const auto model = problem.make_model();
-        Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+        Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
         trainer.start();
         for (int epoch = 0; epoch < 3; ++epoch) trainer.run_epoch();
-        write_model(path, *model, context, trainer.state(), trainer.codes());
+        write_network(path, *model, context, trainer.state(), trainer.codes());
     }
     const ModelFile file(path);
     EXPECT_EQ(file.state().epoch, 3);
     EXPECT_EQ(file.state().step, 9);
     const auto model = problem.make_model();
-    file.load(*model);
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    load_network(file, *model);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.resume(file.state());
     for (int epoch = 3; epoch < 8; ++epoch) trainer.run_epoch();
     EXPECT_EQ(all_of(*model), whole);
@@ -163,7 +164,7 @@ TEST_F(Training, SavingOnTheWayChangesNothing) {
     SmallTraining problem;
     const std::vector<float> undisturbed = trained(problem, 4);
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     for (int epoch = 0; epoch < 4; ++epoch) {
         trainer.run_epoch();
@@ -176,7 +177,7 @@ TEST_F(Training, SavingOnTheWayChangesNothing) {
 TEST_F(Training, OverfitsFourShapes) {
     SmallTraining problem(4, 2);
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     double first = 0, last = 0;
     for (int epoch = 0; epoch < 300; ++epoch) {
@@ -195,12 +196,12 @@ TEST_F(Training, OverfitsFourShapes) {
 TEST_F(Training, StopsAtNaNBeforeTheUpdate) {
     SmallTraining problem;
     const auto model = problem.make_model();
-    Trainer trainer(*model, problem.config, problem.features, problem.shapes);
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
     trainer.start();
     trainer.run_epoch();
     const std::vector<float> before = all_of(*model);
     problem.features[100] = std::numeric_limits<float>::quiet_NaN();
-    Trainer poisoned(*model, problem.config, problem.features, problem.shapes);
+    Trainer poisoned(*model, problem.config.train, problem.features, problem.shapes);
     poisoned.resume(trainer.state());
     try {
         poisoned.run_epoch();

@@ -1,15 +1,34 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
+#include "nn/network.h"
 #include "nn/stacked_model.h"
 #include "op_table.h"
 
 namespace mscomp::nn {
+
+/// A network whose reference is encoded as what it is told.
+class HandNetwork final : public Network {
+  public:
+    HandNetwork(Model<float>& model, const ChannelScale& scale, std::vector<float> reference)
+        : Network(model, scale), reference_(std::move(reference)) {}
+
+    std::vector<float> reference_codes() override {
+        const std::vector<int> first{0};
+        model().load_batch(std::span<const float>(reference_), std::span<const int>(first));
+        model().forward();
+        return model().all_codes();
+    }
+
+  private:
+    std::vector<float> reference_;  // (V,9) scaled
+};
 
 /// A line of five vertices 1/4 apart and two components that overlap at vertex 0. Convolutions are
 /// the identity, so codes and features can be written down: z_k = sum C_k tanh(x), tanh(sum C_k
@@ -28,7 +47,9 @@ struct TwoComponents {
         set_weights(weights);
         model->set_centers(0, {1, 0});  // inside the range of every vertex: they stay
         reference[0] = static_cast<float>(std::atanh(0.2));
-        factor.fill(0.5);
+        ChannelScale scale;
+        scale.factor.fill(0.5);
+        network = std::make_unique<HandNetwork>(*model, scale, reference);
     }
 
     /// (2,5,9)
@@ -37,15 +58,15 @@ struct TwoComponents {
         ParameterSet<float>& parameters = model->parameters();
         model->from_user_order(level.weights, weights, parameters.value(level.weights));
         for (std::size_t i = 0; i < 81; i += 10) parameters.value(level.w_own)[i] = 1;
+        if (network) network->forget_decoder();
     }
 
     LineDistances line{5};
     StackedConfig config;
     std::unique_ptr<StackedModel<float>> model;
     std::vector<float> reference = std::vector<float>(45, 0.0F);
-    std::array<double, 9> factor{};
-    /// Two shapes, (n, K).
-    std::vector<std::vector<float>> codes{{-0.5F, 0.0F, 2.0F, 0.0F}};
+    std::unique_ptr<HandNetwork> network;
+    CodeTable codes{2, {-0.5F, 0.0F, 2.0F, 0.0F}};  // two shapes
 };
 
 }  // namespace mscomp::nn

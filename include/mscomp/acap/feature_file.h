@@ -46,7 +46,7 @@ void write_features(const std::string& path, const FeatureSet& set);
 
 /// A feature file, memory-mapped: rows are handed out where they lie, and a set larger than memory
 /// can be worked with. Read once from end to end when it is opened, which checks everything.
-class FeatureFile final : public ShapeFeatures {
+class FeatureFile final : public ShapeSet {
   public:
     /// The numbers per shape and all metadata may be missing (files of other programs); names then
     /// become shape_0000, ... and weights cotangent. Throws IoError, or InputError for missing
@@ -62,8 +62,8 @@ class FeatureFile final : public ShapeFeatures {
     std::string data_hash() const;
     int shape_count() const override { return outline().shape_count(); }
     int vertex_count() const override { return outline().vertex_count(); }
-    std::span<const float> shape(int index) const override;  // (V,9)
-    std::span<const float> vertices(int index) const;        // (V,3)
+    std::span<const float> shape(int index) const override;     // (V,9)
+    std::span<const float> vertices(int index) const override;  // (V,3)
     /// Features and vertices of this shape need not stay in memory.
     void forget(int index) const override;
     /// Everything but the rows: `features` and `vertices` are empty.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "mscomp/base/channel_scale.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/shape_features.h"
 
@@ -49,19 +49,13 @@ class FeatureRanges {
 /// so that an error counts as far as it moves an edge, whether it turns or stretches it; `minmax`:
 /// the two global ranges mapped linearly. A range below 1e-5 (rounding of float32 features) counts
 /// as zero and gives zeros. Values outside the training range are not clamped.
-struct FeatureScaler {
+struct FeatureScaler : ChannelScale {
     FeatureCenter center = FeatureCenter::reference;
-    std::array<double, kFeatureDim> offset{};  // scaled = (feature - offset) * factor
-    std::array<double, kFeatureDim> factor{};
     std::vector<FeatureExtreme> extremes;  // smallest and largest r, smallest and largest S entry
 
     /// Fits the ranges over `shapes` (indices into `set`). Throws as FeatureRanges does.
     static FeatureScaler fit(const FeatureSet& set, std::span<const int> shapes,
                              FeatureCenter center);
-
-    /// In place over any number of rows of nine.
-    void scale(std::span<float> features) const;
-    void unscale(std::span<float> features) const;
 };
 
 }  // namespace mscomp

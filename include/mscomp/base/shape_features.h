@@ -22,6 +22,13 @@ class ShapeFeatures {
     virtual void forget(int index) const = 0;
 };
 
+/// Shapes with their features and their vertices.
+class ShapeSet : public ShapeFeatures {
+  public:
+    /// (V,3), aligned; valid as long as the object.
+    virtual std::span<const float> vertices(int index) const = 0;
+};
+
 /// Features (N,V,9) in memory, borrowed.
 class MemoryFeatures final : public ShapeFeatures {
   public:

@@ -7,16 +7,11 @@
 #include <vector>
 
 #include "mscomp/acap/edge_weights.h"
-#include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/mesh_data.h"
-#include "nn/code_decoder.h"
+#include "mscomp/edit/row_positions.h"
+#include "mscomp/model/shape_model.h"
 
 namespace mscomp {
-
-/// What turns decoded features into positions.
-enum class VertexSolver { poisson, lossless };
-VertexSolver parse_vertex_solver(const std::string& name);  // throws UsageError
-std::string to_string(VertexSolver solver);
 
 struct VertexFitOptions {
     VertexSolver solver = VertexSolver::poisson;
@@ -50,17 +45,16 @@ struct FittedShape {
 };
 
 /// Codes whose *vertices* match a shape best: min over z of |g F(Dec(z)) - P|² + prior, F a solver
-/// of method §2, g the best rigid motion for each z. Features do not say where connected components
-/// lie: each takes its centroid from the shape, and only their common rotation is g's.
-/// Levenberg-Marquardt steps over the codes of all levels at once, with the derivative of the
-/// decoder, of T = exp(r) S and of the linear solve. The result is never farther from P than the
-/// start.
+/// of method §2 where the model decodes to features, g the best rigid motion for each z. Features
+/// do not say where connected components lie: each takes its centroid from the shape, and only
+/// their common rotation is g's. Levenberg-Marquardt steps over the codes of all levels at once,
+/// with the derivative of the decoder, of T = exp(r) S and of the linear solve. The result is never
+/// farther from P than the start.
 class VertexFit {
   public:
-    /// Borrows the decoder. Throws UsageError if it has another number of vertices than the
-    /// reference or `code_deviations` another number of codes, and what the solvers throw.
-    VertexFit(const nn::CodeDecoder& decoder, const FeatureScaler& scaler,
-              const TriangleMesh& reference, EdgeWeights weights,
+    /// Borrows the model. Throws UsageError if it has another number of vertices than the reference
+    /// or `code_deviations` another number of codes, and what the solvers throw.
+    VertexFit(const ShapeModel& model, const TriangleMesh& reference, EdgeWeights weights,
               const VertexFitOptions& options = {});
     VertexFit(VertexFit&&) noexcept;
     VertexFit& operator=(VertexFit&&) noexcept;
@@ -80,7 +74,8 @@ class VertexFit {
     /// that it has in `like`, by default in the reference.
     std::vector<Point> positions(std::span<const float> codes,
                                  std::span<const Point> like = {}) const;
-    /// Derivatives of positions() in every code (K,V,3); `lossless`: of its linear part.
+    /// Derivatives of positions() in every code (K,V,3), every component with its centroid kept;
+    /// `lossless`: of its linear part.
     std::vector<double> derivatives(std::span<const float> codes) const;
 
   private:

@@ -15,14 +15,21 @@ struct ComponentExtent {
     double localization_radius = 0;  // largest distance from the centre where |D_i| > threshold
 };
 
+/// How alike K components are.
+struct ComponentCosines {
+    std::vector<double> cosine;  // (K,K) <D_k, D_l> / (|D_k| |D_l|), row-major
+    double cosine_mean = 0;      // mean and largest of |cosine| off the diagonal;
+    double cosine_max = 0;       // 0 for fewer than two components
+};
+
 /// Extents of K components and how alike they are.
-struct ComponentStatistics {
+struct ComponentStatistics : ComponentCosines {
     std::vector<ComponentExtent> components;  // (K)
     double support_mean = 0;                  // mean of support_share
-    std::vector<double> cosine;               // (K,K) <D_k, D_l> / (|D_k| |D_l|), row-major
-    double cosine_mean = 0;                   // mean and largest of |cosine| off the diagonal;
-    double cosine_max = 0;                    // 0 for fewer than two components
 };
+
+/// The cosines of `differences` alone, as below; spans of one length.
+ComponentCosines component_cosines(std::span<const std::span<const float>> differences);
 
 /// Statistics of components given by what they add to the features of the reference,
 /// `differences` (K) spans of (V,C) values each with C the same for all (9 for ACAP features), and

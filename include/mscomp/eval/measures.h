@@ -5,13 +5,9 @@
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/points.h"
 
 namespace mscomp {
-
-/// 1 / max_i |p_i - centroid|: times this, the reference fits the unit ball around its centroid.
-/// One scale for a whole set of shapes (method §6). NaN where that ball has no finite positive
-/// radius.
-double unit_ball_scale(const std::vector<Point>& reference);
 
 /// `result` moved to `truth` by the rigid motion (no scale, no mirror image) with the least sum of
 /// squared distances. Throws MeshError if the numbers of vertices differ or are zero.

@@ -58,4 +58,10 @@ struct SpectralLossConfig {
 /// as log-variance or as sigma.
 double spread_offset(const SpectralConfig& config, const SpectralLossConfig& loss);
 
+/// What the configuration of the kind holds for itself.
+struct SpectralSettings {
+    SpectralConfig model;
+    SpectralLossConfig loss;
+};
+
 }  // namespace mscomp::nn

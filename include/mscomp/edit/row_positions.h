@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mscomp/acap/edge_weights.h"
+#include "mscomp/acap/reconstruct.h"
+#include "mscomp/base/mesh_data.h"
+#include "mscomp/model/shape_model.h"
+
+namespace mscomp {
+
+/// What turns features into positions.
+enum class VertexSolver { poisson, lossless };
+VertexSolver parse_vertex_solver(const std::string& name);  // throws UsageError
+std::string to_string(VertexSolver solver);
+
+/// Vertices of what a model decodes to: the one way from rows to meshes. Features are solved for,
+/// positions are what they are. Safe to use from several threads.
+class RowPositions {
+  public:
+    /// `weights` and `solver` are for features. Throws what the solvers throw.
+    RowPositions(ShapeRows rows, const TriangleMesh& reference, EdgeWeights weights,
+                 VertexSolver solver);
+
+    ShapeRows rows() const { return rows_; }
+    /// (V). Features do not say where a mesh lies: every connected component gets the centroid that
+    /// it has in `like` (V), by default in the reference. Throws NumericalError where `rows` are
+    /// not finite, MeshError for another V.
+    std::vector<Point> positions(std::span<const float> rows,
+                                 std::span<const Point> like = {}) const;
+    /// (n,V,3) along n directions at `rows`, the centroid of every component kept where it is;
+    /// `lossless`: of its linear part.
+    std::vector<double> derivatives(std::span<const float> rows,
+                                    std::span<const CodeColumn> directions) const;
+
+  private:
+    std::vector<double> position_columns(std::span<const CodeColumn> directions) const;
+
+    ShapeRows rows_;
+    std::vector<int> component_;                    // (V) connected component
+    std::optional<PoissonReconstruction> poisson_;  // of features, one of these
+    std::optional<LosslessReconstruction> lossless_;
+};
+
+}  // namespace mscomp

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mscomp/base/channel_scale.h"
+#include "mscomp/base/distance_rows.h"
+#include "mscomp/base/mesh_data.h"
+#include "mscomp/model/config.h"
+#include "mscomp/model/keys.h"
+#include "mscomp/model/learned_model.h"
+
+namespace mscomp {
+
+enum class ModelUse {
+    training,
+    reading  // encodes and decodes only; asks for no distances
+};
+
+/// What a model is made for. All is borrowed as long as the model lives, but for the scale.
+struct ModelPlace {
+    const TriangleMesh& reference;
+    DistanceRows& distances;  // normalised
+    ChannelScale scale;       // of features, fitted on the training shapes
+    ModelUse use = ModelUse::reading;
+    int shapes = 1;  // training: how many shapes there are; reading: most worth encoding together
+    /// Cotangent weights beside the neighbours of one_rings_of_faces, for who asks.
+    std::function<std::vector<double>()> edge_weights;
+};
+
+/// The keys of a kind, bound to the fields of a configuration.
+struct KindKeys {
+    std::string model_comment;
+    Table model;  // beside model.kind
+    std::string loss_comment;
+    Table loss;   // no section where empty
+    Table train;  // likewise
+};
+
+/// A method that finds components: everything that the configuration, training and all commands
+/// need to know of it.
+struct Kind {
+    std::string name;  // model.kind
+    ShapeRows rows = ShapeRows::features;
+    /// What differs from Config{}, its own settings first of all.
+    void (*set_defaults)(Config& config) = nullptr;
+    /// `config` has settings of this kind and outlives the keys.
+    KindKeys (*keys)(Config& config) = nullptr;
+    /// An untrained model.
+    std::unique_ptr<LearnedModel> (*make)(const Config& config, const ModelPlace& place) = nullptr;
+};
+
+}  // namespace mscomp

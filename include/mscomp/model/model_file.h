@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mscomp/base/channel_scale.h"
+#include "mscomp/base/mesh_data.h"
+#include "mscomp/model/learned_model.h"
+
+namespace mscomp {
+
+/// What a model file holds besides the model's own arrays, so that it needs nothing beside it.
+struct ModelContext {
+    std::string config;                 // effective configuration, YAML
+    std::string source;                 // feature file the model was trained on
+    std::string weights = "cotangent";  // edge weights of the features
+    TriangleMesh reference;
+    ChannelScale scale;           // of the features, fitted on the training shapes
+    ChannelScale minmax;          // the papers' two global ranges (center: minmax), for [A] eq. 8
+    std::string source_hash;      // XXH3 of the feature file, empty if it has none
+    double largest_distance = 0;  // geodesic normaliser, unit of the mesh
+    bool largest_distance_exact = false;
+    std::vector<int> train_shapes, test_shapes;  // indices into the feature file
+};
+
+/// Writes model, context, state of training and the codes of the training shapes as one atomic,
+/// checked step. Throws IoError.
+void write_model(const std::string& path, const LearnedModel& model, const ModelContext& context,
+                 const TrainingState& state, const CodeTable& codes);
+
+/// A model file opened for reading; its arrays are read into a model of the same configuration.
+/// Every problem, truncation and altered bytes included, is a CheckpointError with the path.
+class ModelFile {
+  public:
+    explicit ModelFile(const std::string& path);
+    ModelFile(ModelFile&&) noexcept;
+    ModelFile& operator=(ModelFile&&) noexcept;
+    ~ModelFile();
+
+    const std::string& path() const;
+    const ModelContext& context() const;
+    const TrainingState& state() const;
+    /// Codes of the training shapes.
+    const CodeTable& codes() const;
+    /// What training needs to go on, too; throws CheckpointError where the arrays do not fit.
+    void load(LearnedModel& model) const;
+
+  private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
+
+}  // namespace mscomp

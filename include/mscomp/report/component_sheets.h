@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mscomp/model/components.h"
+#include "mscomp/model/synthesis.h"
+#include "mscomp/run/component_meshes.h"
+#include "mscomp/run/trained_run.h"
+
+namespace mscomp {
+
+/// Components with their ends, in the order of a sheet.
+struct ShownComponents {
+    std::vector<const Component*> components;
+    std::vector<ColoredShape> shapes;
+};
+
+/// The contact sheet: the reference, then the components of each level under a heading with the
+/// mean support of all of `components`.
+Image overview_sheet(const std::string& title, const TrainedRun& run,
+                     const std::vector<Component>& components, const ShownComponents& shown,
+                     int longer_side);
+
+/// The reference and some shapes, uncoloured.
+Image shapes_sheet(const std::string& title, const std::string& heading,
+                   const TriangleMesh& reference, const std::vector<ColoredShape>& shapes,
+                   const std::vector<std::string>& names, int longer_side);
+
+/// Components x weights; each row is coloured by how far its vertices move, full where they move
+/// farthest. Borrows everything.
+class SynthesisSheet {
+  public:
+    SynthesisSheet(const TriangleMesh& reference, const ComponentMeshes& meshes,
+                   const Synthesis& synthesis)
+        : reference_(reference), meshes_(meshes), synthesis_(synthesis) {}
+
+    void add_row(const Component& component, const std::vector<double>& weights);
+    Image draw(const std::string& title, int longer_side) const;
+
+  private:
+    const TriangleMesh& reference_;
+    const ComponentMeshes& meshes_;
+    const Synthesis& synthesis_;
+    std::vector<ColoredShape> all_;
+    std::vector<std::string> labels_, headings_;
+};
+
+}  // namespace mscomp

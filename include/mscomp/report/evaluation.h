@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace mscomp {
+
+/// What of a run is measured, and on which shapes.
+struct EvaluationOptions {
+    std::string run;              // run folder or model file
+    std::string features;         // empty: the file the run was trained on
+    std::string split;            // all | train | test; empty: test where the run has such shapes
+    std::vector<int> handles;     // how many, for E_rms against their number
+    std::vector<int> components;  // likewise
+    std::string fit = "both";     // features | vertices | both
+    std::string order = "auto";   // sequence | set | auto: by the run's split
+    int worst = 3;                // how many of the worst shapes are named and drawn
+    std::string units;            // CSV of true weights; empty: none
+    std::string output;           // folder for table.csv and errors.png; empty: none
+    /// Shapes done times passes over them; may be empty.
+    std::function<void(std::int64_t done, std::int64_t total)> on_progress;
+};
+
+/// What `mscomp evaluate --json` prints (docs/evaluate.md): how well a run gives shapes back and
+/// what its components are like, all numbers of docs/measures.md. With `options.output` also writes
+/// table.csv, components.csv and errors.png there. Throws what reading the run and the features
+/// throws, UsageError for options that do not fit them, Interrupted.
+nlohmann::ordered_json evaluation_report(const EvaluationOptions& options);
+
+}  // namespace mscomp

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+namespace mscomp {
+
+/// Files of a run folder.
+std::string checkpoint_path(const std::string& run);
+std::string metrics_path(const std::string& run);
+std::string config_path(const std::string& run);
+std::string log_path(const std::string& run);
+/// What an evaluation of the run came to, kept by a sweep.
+std::string evaluation_path(const std::string& run);
+
+}  // namespace mscomp

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "mscomp/model/config.h"
+#include "mscomp/model/learned_model.h"
+
+namespace mscomp {
+
+struct TrainingOptions {
+    bool resume = false;  // go on from the checkpoint of the folder if there is one
+    std::string title;    // first line of log.txt, behind the date: what began this
+    /// Before the first epoch, with what is done already. May be empty, as may all that follow.
+    std::function<void(const TrainingState& state)> on_begin;
+    /// After every epoch; the names are those of the terms.
+    std::function<void(const EpochReport& report, const std::vector<std::string>& terms)> on_epoch;
+    /// Asked after every epoch: then the run is saved, and that is all.
+    std::function<bool()> should_stop;
+};
+
+struct TrainingResult {
+    TrainingState state;
+    bool is_stopped = false;  // should_stop said so
+};
+
+/// Whether the folder has a checkpoint to go on from.
+bool has_checkpoint(const std::string& run);
+
+/// Trains a model as `config` says, whose file names are absolute, in the run folder `run`, which
+/// is made if it is missing: config.yaml, metrics.csv, log.txt and the checkpoint, saved at the
+/// start, every train.checkpoint_every epochs or two minutes, and at the end. What a resumed run
+/// may change is said by ConfigChange; it is saved even where no epoch is left. The same bits
+/// whether it was stopped or not, for any number of threads. Throws UsageError (nothing to train
+/// on, a resumed run of other data or another configuration), CheckpointError, IoError and what
+/// training throws.
+TrainingResult train_run(const Config& config, const std::string& run,
+                         const TrainingOptions& options = {});
+
+/// How far what lies in a run folder is on the way to what `config` asks for.
+enum class TrainingProgress { none, begun, finished };
+struct TrainingDemand {
+    Config config;
+    std::string source_hash;        // of the feature file
+    std::vector<int> train_shapes;  // of it
+};
+/// `none` where it has to be trained anew; `finished` only if nothing of the configuration that is
+/// saved differs.
+TrainingProgress training_progress(const std::string& run, const TrainingDemand& demand);
+
+}  // namespace mscomp

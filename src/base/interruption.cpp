@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/base/interruption.h"
+
+#include <atomic>
+#include <string>
+
+#include "mscomp/base/error.h"
+
+namespace mscomp {
+namespace {
+
+std::atomic<int> stop_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+}  // namespace
+
+void request_stop(int signal) noexcept { stop_signal = signal; }
+
+int requested_stop() noexcept { return stop_signal; }
+
+bool interrupted() noexcept { return requested_stop() != 0; }
+
+void throw_if_interrupted(std::string_view message) {
+    if (interrupted()) throw Interrupted(requested_stop(), std::string(message));
+}
+
+}  // namespace mscomp

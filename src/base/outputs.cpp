@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/base/outputs.h"
+
+#include <filesystem>
+#include <system_error>
+
+#include "mscomp/base/error.h"
+
+namespace fs = std::filesystem;
+
+namespace mscomp {
+
+void require_free_file(const std::string& path, bool force) {
+    std::error_code error;
+    const fs::file_status status = fs::symlink_status(path, error);
+    if (fs::is_directory(status)) throw UsageError(path + " is a folder; wanted a file name");
+    if (fs::exists(status) && !force) {
+        throw UsageError(path + " exists; --force replaces it");
+    }
+}
+
+void require_free_folder(const std::string& path, bool force) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (!fs::exists(status)) return;
+    if (!fs::is_directory(status)) throw UsageError(path + " is a file; wanted a folder name");
+    const bool is_empty = fs::is_empty(path, error);
+    if (error) throw IoError(path, error.message());
+    if (!is_empty && !force) {
+        throw UsageError(path + " is not empty; --force replaces files of the same name in it");
+    }
+}
+
+void create_folder(const std::string& path) {
+    std::error_code error;
+    fs::create_directories(path, error);
+    if (error) throw IoError(path, "cannot create the folder: " + error.message());
+}
+
+}  // namespace mscomp

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "acapfeat_commands.h"
+#include "cli/number_of.h"
+#include "mesh_inputs.h"
+#include "mscomp/acap/extract.h"
+#include "mscomp/acap/feature_file.h"
+#include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/shape_source.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/interruption.h"
+#include "mscomp/base/outputs.h"
+#include "mscomp/cli/progress.h"
+
+namespace mscomp {
+namespace {
+
+/// All shapes of mesh files but the last, which is there as the reference.
+class AllButTheLast final : public ShapeSource {
+  public:
+    explicit AllButTheLast(const MeshFiles& files)
+        : files_(files), names_(files.names().begin(), files.names().end() - 1) {}
+
+    const std::vector<std::string>& names() const override { return names_; }
+    const std::vector<Face>& faces() const override { return files_.faces(); }
+    int vertex_count() const override { return files_.vertex_count(); }
+    std::vector<Point> shape(int index) const override { return files_.shape(index); }
+
+  private:
+    const MeshFiles& files_;
+    std::vector<std::string> names_;
+};
+
+std::optional<std::int64_t> index_in(const std::string& text) {
+    std::int64_t index = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return index;
+}
+
+FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& reference,
+                           const ExtractCommand& options) {
+    const ExtractOptions extraction{parse_edge_weights(options.weights), options.align};
+    FeatureFileWriter file(options.output, feature_outline(shapes, reference, extraction));
+    const auto stop_if_interrupted = [] {
+        throw_if_interrupted("interrupted; nothing was written");
+    };
+    Progress progress("extract", shapes.shape_count(), progress_options(options.common.quiet));
+    FeatureSet set = extract_features(shapes, reference, extraction, file, [&](int done, int) {
+        stop_if_interrupted();
+        progress.update(done);
+    });
+    const SurfaceConnectivity connectivity =
+        analyze_connectivity(set.vertex_count(), set.reference.faces);
+    set.warnings.insert(set.warnings.begin(), connectivity.report.warnings.begin(),
+                        connectivity.report.warnings.end());
+    stop_if_interrupted();
+    file.finish(set);
+    return set;
+}
+
+FeatureSet extract(const ExtractCommand& options) {
+    std::vector<std::string> paths = mesh_paths(options.inputs, options.list);
+    if (const std::optional<std::int64_t> index = index_in(options.reference)) {
+        const auto count = static_cast<std::int64_t>(paths.size());
+        if (*index < 0 || *index >= count) {
+            throw UsageError(fmt::format("--reference: got {}, wanted 0 to {}, or a mesh file",
+                                         *index, count - 1));
+        }
+        const MeshFiles files(std::move(paths));
+        return extract_to_file(files, files.shape(static_cast<int>(*index)), options);
+    }
+    // Read along with the shapes, the reference has to have the same connectivity; named as the
+    // last, it takes no name away from a shape.
+    paths.push_back(options.reference);
+    const MeshFiles files(std::move(paths));
+    const AllButTheLast shapes(files);
+    return extract_to_file(shapes, files.shape(shapes.shape_count()), options);
+}
+
+void print_summary(const FeatureSet& set, const ExtractCommand& options) {
+    const double energy =
+        std::accumulate(set.consistency_energy.begin(), set.consistency_energy.end(), 0.0);
+    const double jump = set.largest_jump.empty()
+                            ? 0.0
+                            : *std::max_element(set.largest_jump.begin(), set.largest_jump.end());
+    int proved = 0;
+    for (int n = 0; n < set.shape_count(); ++n) proved += set.is_proved(n) ? 1 : 0;
+    if (options.common.json) {
+        const nlohmann::ordered_json summary{
+            {"file", options.output},         {"shapes", set.shape_count()},
+            {"vertices", set.vertex_count()}, {"faces", set.reference.face_count()},
+            {"weights", set.weights},         {"aligned", options.align},
+            {"consistency_energy", energy},   {"proved", proved},
+            {"largest_jump", jump},           {"warnings", set.warnings}};
+        fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        return;
+    }
+    fmt::print("{}: {}, {}, {}\n", options.output, number_of_shapes(set.shape_count()),
+               number_of_vertices(set.vertex_count()),
+               number_of(set.reference.face_count(), "face", "faces"));
+    fmt::print(
+        "consistency energy {:.6g} in all, proved least for {} of {}; largest jump across "
+        "an edge {:.4g} rad\n",
+        energy, proved, number_of_shapes(set.shape_count()), jump);
+    if (options.common.quiet) return;
+    for (const std::string& warning : set.warnings) {
+        fmt::print(stderr, "acapfeat: warning: {}\n", warning);
+    }
+}
+
+}  // namespace
+
+void setup_extract(CLI::App& app) {
+    const auto options = std::make_shared<ExtractCommand>();
+    CLI::App* command =
+        app.add_subcommand("extract", "ACAP features of meshes of one connectivity");
+    command->add_option("INPUT", options->inputs,
+                        "Mesh files, folders or quoted globs; used in natural order");
+    command->add_option("--list", options->list,
+                        "File naming the meshes in order, one per line, relative to its folder");
+    command->add_option("-o,--output", options->output, "Feature file to write")->required();
+    command
+        ->add_option("--reference", options->reference,
+                     "Reference shape: index from 0, or a mesh file")
+        ->capture_default_str();
+    command->add_option("--weights", options->weights, "Edge weights")
+        ->check(CLI::IsMember({"cotangent", "authors", "uniform"}))
+        ->capture_default_str();
+    command->add_flag_callback(
+        "--no-align", [options] { options->align = false; },
+        "Keep the input where it is instead of moving each shape to the reference");
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_json(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "acapfeat extract swing/*.obj -o swing.safetensors --reference 0");
+    command->callback([options] { run_extract(*options); });
+}
+
+void run_extract(const ExtractCommand& options) {
+    require_free_file(options.output, options.common.force);
+    print_summary(extract(options), options);
+}
+
+}  // namespace mscomp

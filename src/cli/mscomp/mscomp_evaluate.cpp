@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mscomp/base/outputs.h"
+#include "mscomp/cli/progress.h"
+#include "mscomp/report/evaluation.h"
+#include "mscomp_commands.h"
+
+namespace mscomp {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::vector<std::string> fits_of(const ordered_json& report) {
+    std::vector<std::string> fits;
+    for (const char* fit : {"features", "vertices"}) {
+        if (report.contains(fit)) fits.emplace_back(fit);
+    }
+    return fits;
+}
+
+std::string number(const ordered_json& value, const char* format) {
+    return value.is_null() ? "-" : fmt::format(fmt::runtime(format), value.get<double>());
+}
+
+/// One measure: a column per fit.
+void print_measure(const ordered_json& report, const char* label, const char* key,
+                   const char* format) {
+    fmt::print("  {:<40}", label);
+    for (const std::string& fit : fits_of(report)) {
+        fmt::print("{:>14}", number(report[fit][key], format));
+    }
+    fmt::print("\n");
+}
+
+void print_measures(const ordered_json& report) {
+    fmt::print("{:<42}", "");
+    for (const std::string& fit : fits_of(report)) fmt::print("{:>14}", fit + " fit");
+    fmt::print("\n");
+    print_measure(report, "E_rms (x1000, unit ball)", "rms_error", "{:.3f}");
+    print_measure(report, "STED", "sted", "{:.5f}");
+    print_measure(report, "  spatial part", "sted_spatial", "{:.5f}");
+    print_measure(report, "  temporal part", "sted_temporal", "{:.5f}");
+    print_measure(report, "mean vertex distance (mesh units)", "mean_vertex_distance", "{:.4g}");
+    print_measure(report, "largest vertex distance (mesh units)", "max_vertex_distance", "{:.4g}");
+    print_measure(report, "mean relative squared feature error", "relative_squared_error_mean",
+                  "{:.5f}");
+    print_measure(report, "largest relative squared feature error", "relative_squared_error_max",
+                  "{:.5f}");
+}
+
+/// Those that are worst in some fit, in the order of the last one.
+void print_worst(const ordered_json& report) {
+    const std::vector<std::string> fits = fits_of(report);
+    std::vector<int> shapes;
+    for (auto fit = fits.rbegin(); fit != fits.rend(); ++fit) {
+        for (const ordered_json& shape : report["worst"][*fit]) {
+            const int index = shape["shape"];
+            if (std::ranges::find(shapes, index) == shapes.end()) shapes.push_back(index);
+        }
+    }
+    if (shapes.empty()) return;
+    fmt::print("\nworst shapes, E_rms\n");
+    for (const int index : shapes) {
+        for (const ordered_json& row : report["per_shape"]) {
+            if (row["shape"] != index) continue;
+            fmt::print("  {:>5}  {:<33}", index, row["name"].get<std::string>());
+            for (const std::string& fit : fits) {
+                fmt::print("{:>14}", number(row[fit]["rms_error"], "{:.3f}"));
+            }
+            fmt::print("\n");
+        }
+    }
+}
+
+void print_curves(const ordered_json& report) {
+    const std::vector<std::string> fits = fits_of(report);
+    if (report[fits.front()].contains("by_components")) {
+        fmt::print("\nE_rms with the n strongest components only\n");
+        const std::size_t count = report[fits.front()]["by_components"].size();
+        for (std::size_t i = 0; i < count; ++i) {
+            fmt::print("  {:>5}  {:<33}", report[fits.front()]["by_components"][i]["n"].get<int>(),
+                       "");
+            for (const std::string& fit : fits) {
+                fmt::print("{:>14}",
+                           number(report[fit]["by_components"][i]["rms_error"], "{:.3f}"));
+            }
+            fmt::print("\n");
+        }
+    }
+    if (!report.contains("by_handles")) return;
+    fmt::print("\nE_rms where only n vertices of a shape are known\n");
+    for (const ordered_json& entry : report["by_handles"]) {
+        fmt::print("  {:>5}  {:<33}{:>14}\n", entry["n"].get<int>(), "",
+                   number(entry["rms_error"], "{:.3f}"));
+    }
+}
+
+void print_components(const ordered_json& report) {
+    constexpr std::size_t kShown = 10;
+    const std::vector<std::string> fits = fits_of(report);
+    fmt::print("\ncomponents kept:");
+    for (std::size_t l = 0; l < report["components"].size(); ++l) {
+        fmt::print("{} {} on level {}", l == 0 ? "" : ",", report["components"][l].get<int>(), l);
+    }
+    fmt::print("; mean support {:.1f} % of the vertices\n",
+               100 * report[fits.front()]["support_mean"].get<double>());
+    fmt::print("cosine similarity of different components: mean {}, largest {}\n",
+               number(report["cosine"]["mean"], "{:.3f}"),
+               number(report["cosine"]["max"], "{:.3f}"));
+    std::vector<ordered_json> kept;
+    for (const ordered_json& c : report["component_list"]) {
+        if (c["kept"]) kept.push_back(c);
+    }
+    std::ranges::stable_sort(kept, [](const ordered_json& a, const ordered_json& b) {
+        return a["distance"].get<double>() > b["distance"].get<double>();
+    });
+    if (kept.empty()) return;
+    fmt::print("  {:<10}{:>7}{:>11}{:>13}{:>10}\n", "strongest", "level", "distance", "support (%)",
+               "radius");
+    for (std::size_t k = 0; k < std::min(kShown, kept.size()); ++k) {
+        const ordered_json& c = kept[k];
+        fmt::print("  {:<10}{:>7}{:>11.4f}{:>13.1f}{:>10.3f}\n", c["id"].get<std::string>(),
+                   c["level"].get<int>(), c["distance"].get<double>(),
+                   100 * c["support"].get<double>(), c["localization_radius"].get<double>());
+    }
+    if (kept.size() > kShown) {
+        fmt::print("  and {} more: --json or -o lists all\n", kept.size() - kShown);
+    }
+}
+
+void print_units(const ordered_json& report) {
+    if (!report.contains("units")) return;
+    const ordered_json& units = report["units"];
+    fmt::print("\n{} known units, {} of them vary over these shapes\n", units["units"].get<int>(),
+               units["varying"].get<int>());
+    for (const std::string& fit : fits_of(report)) {
+        fmt::print(
+            "  {} fit: {} matched (|correlation| >= {:.1f}), {} by a component of their own\n", fit,
+            units[fit]["matched"].get<int>(), units["threshold"].get<double>(),
+            units[fit]["matched_one_to_one"].get<int>());
+    }
+}
+
+void print_report(const EvaluateOptions& options, const ordered_json& report) {
+    fmt::print("{}: {}, {} of {} shapes of {} ({}), as a {}\n\n", options.run,
+               report["kind"].get<std::string>(), report["shapes"].get<int>(),
+               report["shapes_in_set"].get<int>(), report["features_file"].get<std::string>(),
+               report["split"].get<std::string>(), report["order"].get<std::string>());
+    print_measures(report);
+    print_worst(report);
+    print_curves(report);
+    print_components(report);
+    print_units(report);
+    if (!options.output.empty()) {
+        fmt::print("\n{}: table.csv, components.csv{}\n", options.output,
+                   options.worst > 0 ? ", errors.png" : "");
+    }
+}
+
+}  // namespace
+
+void setup_evaluate(CLI::App& app) {
+    const auto options = std::make_shared<EvaluateOptions>();
+    CLI::App* command =
+        app.add_subcommand("evaluate", "Measure how well a model gives shapes back");
+    command->add_option("RUN", options->run, "Run folder or model file")->required();
+    command->add_option("FEATURES", options->features,
+                        "Feature file of the same mesh; without it the one the model was trained "
+                        "on");
+    command
+        ->add_option("--split", options->split,
+                     "Which shapes, as split for training; without it test, or all of another file")
+        ->check(CLI::IsMember({"test", "train", "all"}));
+    command
+        ->add_option("--fit", options->fit,
+                     "Codes of the encoder (features), codes fitted to the vertices, or both")
+        ->check(CLI::IsMember({"features", "vertices", "both"}))
+        ->capture_default_str();
+    command
+        ->add_option("--components", options->components,
+                     "Also with the N strongest components only; several numbers: N,N,...")
+        ->delimiter(',');
+    command
+        ->add_option("--handles", options->handles,
+                     "Also where only N spread vertices of a shape are known: N,N,...")
+        ->delimiter(',');
+    command
+        ->add_option("--order", options->order,
+                     "Whether shapes follow each other in time; auto: where the split is 'every'")
+        ->check(CLI::IsMember({"auto", "sequence", "set"}))
+        ->capture_default_str();
+    command->add_option("--units", options->units,
+                        "CSV of true weights, a row per shape, to tell which a component matches");
+    command->add_option("--worst", options->worst, "How many of the worst shapes to name and draw")
+        ->check(CLI::Range(0, 30))
+        ->capture_default_str();
+    command->add_option("-o,--output", options->output,
+                        "Folder for table.csv, components.csv and errors.png");
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_json(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "mscomp evaluate swing.run -o swing.measures");
+    command->callback([options] { run_evaluate(*options); });
+}
+
+void run_evaluate(const EvaluateOptions& options) {
+    if (!options.output.empty()) require_free_folder(options.output, options.common.force);
+    std::optional<Progress> progress;
+    EvaluationOptions evaluated{
+        options.run, options.features, options.split, options.handles, options.components,
+        options.fit, options.order,    options.worst, options.units,   options.output,
+        {}};
+    evaluated.on_progress = [&](std::int64_t done, std::int64_t total) {
+        if (!progress) progress.emplace("evaluate", total, progress_options(options.common.quiet));
+        progress->update(done);
+    };
+    const ordered_json report = evaluation_report(evaluated);
+    progress.reset();
+    if (options.common.json) {
+        fmt::print("{}\n", report.dump(2));
+    } else {
+        print_report(options, report);
+    }
+}
+
+}  // namespace mscomp

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "mscomp/base/outputs.h"
+#include "mscomp/cli/progress.h"
+#include "mscomp/report/component_export.h"
+#include "mscomp_commands.h"
+
+namespace mscomp {
+
+void setup_export(CLI::App& app) {
+    const auto options = std::make_shared<ExportOptions>();
+    CLI::App* command = app.add_subcommand(
+        "export-components", "Write the learnt components as coloured meshes and one picture");
+    command->add_option("RUN", options->run, "Run folder or model file")->required();
+    command->add_option("-o,--output", options->output, "Folder to write to")->required();
+    command->add_flag("--all", options->all, "Also components that the redundancy filter drops");
+    command->add_option("--tile", options->tile, "Pixels per side of one component in overview.png")
+        ->check(CLI::Range(64, 1024))
+        ->capture_default_str();
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_json(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "mscomp export-components swing.run -o components");
+    command->callback([options] { run_export(*options); });
+}
+
+void run_export(const ExportOptions& options) {
+    require_free_folder(options.output, options.common.force);
+    TrainedRun run = open_run(options.run);
+    std::optional<Progress> progress;
+    ComponentExportOptions exported{options.all, options.tile, {}};
+    exported.on_progress = [&](std::int64_t done, std::int64_t total) {
+        if (!progress) progress.emplace("export", total, progress_options(options.common.quiet));
+        progress->update(done);
+    };
+    const nlohmann::ordered_json report =
+        export_components(run, options.run, options.output, exported);
+    progress.reset();
+    if (options.common.json) {
+        fmt::print("{}\n", report.dump(2));
+        return;
+    }
+    std::size_t files = 0;
+    for (const auto& component : report["components"]) {
+        files += component["file"].is_null() ? 0 : 2;
+    }
+    fmt::print("{}/overview.png: {} of {} components kept\n", options.output,
+               report["kept"].get<int>(), report["components"].size());
+    fmt::print("{}/components.json and {} PLY files\n", options.output, files);
+}
+
+}  // namespace mscomp

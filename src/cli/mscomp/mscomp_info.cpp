@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "mscomp/base/index.h"
+#include "mscomp/cli/program.h"
+#include "mscomp/model/components.h"
+#include "mscomp/run/trained_run.h"
+#include "mscomp_commands.h"
+
+namespace mscomp {
+
+void setup_run_info(CLI::App& app) {
+    const auto options = std::make_shared<RunInfoOptions>();
+    CLI::App* command = app.add_subcommand("info", "What a run has learnt so far");
+    command->add_option("RUN", options->run, "Run folder or model file")->required();
+    add_quiet(*command, options->common);
+    add_json(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "mscomp info swing.run");
+    command->callback([options] { run_run_info(*options); });
+}
+
+void run_run_info(const RunInfoOptions& options) {
+    TrainedRun run = open_run(options.run, 1);
+    const ModelContext& context = run.context();
+    const std::vector<Component> components = run.components();
+    const int vertices = context.reference.vertex_count();
+    nlohmann::ordered_json levels = nlohmann::ordered_json::array();
+    const std::vector<LevelSize> sizes = run.model->levels();
+    for (int l = 0; l < static_cast<int>(sizes.size()); ++l) {
+        const auto kept = std::ranges::count_if(
+            components, [l](const Component& c) { return c.level == l && c.kept; });
+        const LevelSize& level = sizes[at(l)];
+        levels.push_back({{"autoencoders", level.autoencoders},
+                          {"components", level.codes()},
+                          {"kept", kept},
+                          {"support_mean", mean_support(components, l, vertices)}});
+    }
+    const nlohmann::ordered_json report{{"run", options.run},
+                                        {"kind", run.config.kind},
+                                        {"source", context.source},
+                                        {"vertices", vertices},
+                                        {"faces", context.reference.face_count()},
+                                        {"train_shapes", context.train_shapes.size()},
+                                        {"test_shapes", context.test_shapes.size()},
+                                        {"epochs", run.file.state().epoch},
+                                        {"epochs_planned", run.config.train.epochs},
+                                        {"steps", run.file.state().step},
+                                        {"loss", run.file.state().total},
+                                        {"largest_distance", context.largest_distance},
+                                        {"largest_distance_exact", context.largest_distance_exact},
+                                        {"levels", levels}};
+    if (options.common.json) {
+        fmt::print("{}\n", report.dump(2));
+        return;
+    }
+    fmt::print("{}: {}, {} of {} epochs, {} steps, loss {:.6g}\n", options.run, run.config.kind,
+               run.file.state().epoch, run.config.train.epochs, run.file.state().step,
+               run.file.state().total);
+    fmt::print("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
+               context.train_shapes.size(),
+               context.train_shapes.size() + context.test_shapes.size(), context.source, vertices,
+               context.reference.face_count());
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+        fmt::print("level {}: {} components ({} kept), mean support {:.1f} % of the vertices\n", l,
+                   levels[l]["components"].get<int>(), levels[l]["kept"].get<int>(),
+                   100 * levels[l]["support_mean"].get<double>());
+    }
+}
+
+}  // namespace mscomp

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "mscomp/cli/program.h"
+#include "mscomp/config/config_file.h"
+#include "mscomp/kinds/kinds.h"
+#include "mscomp_commands.h"
+
+namespace mscomp {
+
+void setup_init(CLI::App& app) {
+    const auto options = std::make_shared<InitOptions>();
+    CLI::App* command = app.add_subcommand("init", "Print the commented defaults of a model kind");
+    command
+        ->add_option("KIND", options->kind,
+                     fmt::format("Model kind: {}", fmt::join(kind_names(), ", ")))
+        ->required();
+    set_example(*command, "mscomp init stacked-attention > config.yaml");
+    command->callback([options] { run_init(*options); });
+}
+
+void run_init(const InitOptions& options) {
+    fmt::print(stdout, "{}", config_template(options.kind));
+}
+
+}  // namespace mscomp

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/interruption.h"
+#include "mscomp/base/outputs.h"
+#include "mscomp/cli/progress.h"
+#include "mscomp/cli/shape_files.h"
+#include "mscomp/eval/measures.h"
+#include "mscomp/run/shape_decoder.h"
+#include "mscomp_commands.h"
+
+namespace mscomp {
+namespace {
+
+/// How far what comes out is from what went in.
+struct FitErrors {
+    explicit FitErrors(const std::vector<Point>& reference) : rms(reference) {}
+    RmsError rms;
+    double relative_squared_error_max = 0;
+};
+
+void add(FitErrors& errors, const ShapeDecoder& decoder, int shape, const DecodedShape& decoded) {
+    errors.rms.add(decoder.truth(shape), decoded.vertices);
+    if (const auto error = decoder.relative_squared_error_of(shape, decoded)) {
+        errors.relative_squared_error_max = std::max(errors.relative_squared_error_max, *error);
+    }
+}
+
+struct BothErrors {
+    FitErrors features, vertices;  // the latter empty unless asked for
+};
+
+BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureFile& file,
+                         const std::vector<int>& shapes, int levels) {
+    const TriangleMesh& reference = run.context().reference;
+    const bool fits_vertices = options.fit == "vertices";
+    const std::vector<std::string> names = shape_file_names(file.outline().names);
+    std::size_t written = 0;
+    const auto check_stop = [&] {
+        throw_if_interrupted(fmt::format("interrupted; {} of {} meshes are in {}", written,
+                                         shapes.size(), options.output));
+    };
+    ShapeDecoder decoder(run, file, check_stop);
+    BothErrors errors{FitErrors(reference.vertices), FitErrors(reference.vertices)};
+    Progress progress("reconstruct", static_cast<std::int64_t>(shapes.size()),
+                      progress_options(options.common.quiet));
+    while (written < shapes.size()) {
+        const std::span<const int> group = std::span<const int>(shapes).subspan(
+            written, std::min<std::size_t>(ShapeDecoder::kGroup, shapes.size() - written));
+        const std::vector<DecodedShape> plain = decoder.encode(group, levels);
+        std::vector<DecodedShape> fitted;
+        if (fits_vertices) fitted = decoder.fit(group, plain);
+        for (std::size_t m = 0; m < group.size(); ++m) {
+            check_stop();
+            const int shape = group[m];
+            add(errors.features, decoder, shape, plain[m]);
+            if (fits_vertices) add(errors.vertices, decoder, shape, fitted[m]);
+            const DecodedShape& result = fits_vertices ? fitted[m] : plain[m];
+            write_obj(fmt::format("{}/{}.obj", options.output, names[static_cast<size_t>(shape)]),
+                      {result.vertices, reference.faces});
+            file.forget(shape);
+            progress.update(static_cast<std::int64_t>(++written));
+        }
+    }
+    return errors;
+}
+
+void print_report(const DecodeOptions& options, std::size_t shapes, int levels,
+                  const BothErrors& errors) {
+    const bool fits_vertices = options.fit == "vertices";
+    const FitErrors& written = fits_vertices ? errors.vertices : errors.features;
+    const double plain = errors.features.rms.value();
+    if (options.common.json) {
+        nlohmann::ordered_json report{
+            {"folder", options.output},
+            {"split", options.split},
+            {"shapes", shapes},
+            {"levels", levels},
+            {"fit", options.fit},
+            {"rms_error", written.rms.value()},
+            {"relative_squared_error_max", written.relative_squared_error_max}};
+        if (fits_vertices) report["rms_error_features"] = plain;
+        fmt::print("{}\n", report.dump(2));
+        return;
+    }
+    fmt::print("{}: {} meshes from {} level(s)\n", options.output, shapes, levels);
+    fmt::print("E_rms {:.3f} (x1000, unit ball), largest relative squared feature error {:.5f}\n",
+               written.rms.value(), written.relative_squared_error_max);
+    if (fits_vertices) {
+        fmt::print("codes fitted to the vertices; E_rms {:.3f} with those of the encoder\n", plain);
+    }
+}
+
+}  // namespace
+
+void setup_decode(CLI::App& app) {
+    const auto options = std::make_shared<DecodeOptions>();
+    CLI::App* command =
+        app.add_subcommand("reconstruct", "Encode and decode shapes with a trained model");
+    command->add_option("RUN", options->run, "Run folder or model file")->required();
+    command->add_option("FEATURES", options->features, "Feature file of the same mesh")->required();
+    command->add_option("-o,--output", options->output, "Folder to write the meshes to")
+        ->required();
+    command->add_option("--split", options->split, "Which shapes, as split for training")
+        ->check(CLI::IsMember({"all", "train", "test"}))
+        ->capture_default_str();
+    command
+        ->add_option("--fit", options->fit,
+                     "Codes of the encoder, or fitted to the vertices from there")
+        ->check(CLI::IsMember({"features", "vertices"}))
+        ->capture_default_str();
+    command
+        ->add_option("--levels", options->levels,
+                     "Only the first levels, coarse to fine; 0 means all")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_json(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "mscomp reconstruct swing.run swing.safetensors -o decoded --split test");
+    command->callback([options] { run_decode(*options); });
+}
+
+void run_decode(const DecodeOptions& options) {
+    require_free_folder(options.output, options.common.force);
+    TrainedRun run = open_run(options.run, ShapeDecoder::kGroup);
+    const int all_levels = static_cast<int>(run.model->levels().size());
+    if (options.levels > all_levels) {
+        throw UsageError(
+            fmt::format("--levels: got {}, the model has {}", options.levels, all_levels));
+    }
+    const int levels = options.levels == 0 ? all_levels : options.levels;
+    if (options.fit == "vertices" && levels < all_levels) {
+        throw UsageError("--levels: got --fit vertices, which fits the codes of all levels");
+    }
+    const FeatureFile file(options.features);
+    require_mesh_of(run, file);
+    const std::vector<int> shapes = shapes_of_split(run, file, options.split);
+    create_folder(options.output);
+    print_report(options, shapes.size(), levels, decode_shapes(options, run, file, shapes, levels));
+}
+
+}  // namespace mscomp

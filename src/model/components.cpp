@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/model/components.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+#include "mscomp/base/index.h"
+
+namespace mscomp {
+namespace {
+
+double row_norm(std::span<const float> row) {
+    double sum = 0;
+    for (const float x : row) sum += static_cast<double>(x) * static_cast<double>(x);
+    return std::sqrt(sum);
+}
+
+/// Length of every row, in the unit of the model.
+std::vector<double> sizes_of(const std::vector<float>& rows, const ShapeModel& model) {
+    const auto width = at(row_width(model.rows()));
+    std::vector<double> sizes;
+    sizes.reserve(rows.size() / width);
+    for (std::size_t first = 0; first < rows.size(); first += width) {
+        sizes.push_back(row_norm(std::span(rows).subspan(first, width)) / model.unit());
+    }
+    return sizes;
+}
+
+/// [A] eq. 7 and the filter.
+void judge(Component& component, const ShapeModel& model, const FilterConfig& filter,
+           DistanceRows& distances) {
+    const std::vector<double> sizes = sizes_of(component.difference, model);
+    const double peak = std::max(0.0, *std::ranges::max_element(sizes));
+    const double threshold = filter.absolute_threshold > 0 ? filter.absolute_threshold
+                                                           : filter.relative_threshold * peak;
+    const std::span<const double> distance = distances.row(component.center);
+    double sum = 0;
+    int acting = 0;
+    for (std::size_t v = 0; v < sizes.size(); ++v) {
+        if (sizes[v] > 0) ++component.moving;
+        if (!(sizes[v] > threshold)) continue;
+        sum += sizes[v];
+        ++acting;
+        component.localization_radius = std::max(component.localization_radius, distance[v]);
+    }
+    component.strength = acting > 0 ? sum / acting : 0;
+    component.kept = component.strength >= filter.minimum_strength;
+    if (!component.kept) {
+        component.reason = component.support == 0
+                               ? "no vertex is left in its support"
+                               : fmt::format("strength {:.3g} is below {:.3g}", component.strength,
+                                             filter.minimum_strength);
+    }
+}
+
+/// Id of the component that autoencoder `a` of `level` refines; empty at level 0.
+std::string parent_id(const ShapeModel& model, const std::vector<LevelSize>& levels, int level,
+                      int a) {
+    if (level == 0 || !model.refines_components()) return {};
+    const int components = levels[at(level - 1)].components;
+    const std::string above = parent_id(model, levels, level - 1, a / components);
+    return above.empty() ? fmt::format("{}", a % components)
+                         : fmt::format("{}.{}", above, a % components);
+}
+
+/// Without attention a level refines the whole, so its ids start with what level it is.
+std::string component_id(const Component& component, bool refines) {
+    if (component.level == 0) return fmt::format("{}", component.index);
+    if (!refines) return fmt::format("L{}.{}", component.level, component.index);
+    return fmt::format("{}.{}", component.parent, component.index);
+}
+
+/// The codes that the component takes over the rows of `codes` and the reference.
+void find_ends(Component& component, const CodeTable& codes) {
+    component.code_min = component.code_max = component.code_reference;
+    for (int m = 0; m < codes.shape_count(); ++m) {
+        const auto code = static_cast<double>(codes.shape(m)[at(component.code)]);
+        component.code_min = std::min(component.code_min, code);
+        component.code_max = std::max(component.code_max, code);
+    }
+}
+
+/// Decodes both ends of the component; the one that moves the shape more becomes the end.
+void decode_ends(Component& component, const ShapeModel& model,
+                 const std::vector<float>& reference) {
+    const auto change_at = [&](double code) {
+        std::vector<float> codes = reference;
+        codes[at(component.code)] = static_cast<float>(code);
+        return model.change(codes, reference);
+    };
+    component.code_end = component.code_min;
+    component.code_other = component.code_max;
+    component.difference = change_at(component.code_min);
+    component.other_difference = change_at(component.code_max);
+    if (row_norm(component.other_difference) > row_norm(component.difference)) {
+        std::swap(component.code_end, component.code_other);
+        std::swap(component.difference, component.other_difference);
+    }
+    component.distance = row_norm(component.difference) / model.unit();
+}
+
+/// Ids and numbers of all components, in the order of their codes.
+std::vector<Component> numbered_components(const ShapeModel& model) {
+    const std::vector<LevelSize> levels = model.levels();
+    std::vector<Component> components;
+    for (int l = 0; l < static_cast<int>(levels.size()); ++l) {
+        const LevelSize level = levels[at(l)];
+        for (int row = 0; row < level.codes(); ++row) {
+            Component c;
+            c.level = l;
+            c.code = static_cast<int>(components.size());
+            c.autoencoder = row / level.components;
+            c.index = row % level.components;
+            c.parent = parent_id(model, levels, l, c.autoencoder);
+            c.id = component_id(c, model.refines_components());
+            components.push_back(std::move(c));
+        }
+    }
+    return components;
+}
+
+}  // namespace
+
+std::vector<int> farthest_first(const std::vector<Component>& components) {
+    std::vector<int> order(components.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, [&](int a, int b) {
+        return components[at(a)].distance > components[at(b)].distance;
+    });
+    return order;
+}
+
+std::vector<int> strongest_first(const std::vector<Component>& components) {
+    std::vector<int> order = farthest_first(components);
+    std::ranges::stable_sort(order, {}, [&](int i) { return components[at(i)].level; });
+    return order;
+}
+
+std::vector<Component> extract_components(ShapeModel& model, const CodeTable& codes,
+                                          const FilterConfig& filter, DistanceRows& distances) {
+    const std::vector<float> reference = model.reference_codes();
+    const std::vector<ComponentPlace> places = model.places();
+    std::vector<Component> components = numbered_components(model);
+    std::vector<int> centers;
+    for (const ComponentPlace& place : places) centers.push_back(place.center);
+    distances.prepare(centers);
+    for (Component& c : components) {
+        c.center = places[at(c.code)].center;
+        c.longest = places[at(c.code)].longest;
+        c.support = places[at(c.code)].support;
+        c.code_reference = static_cast<double>(reference[at(c.code)]);
+        find_ends(c, codes);
+        decode_ends(c, model, reference);
+        judge(c, model, filter, distances);
+    }
+    return components;
+}
+
+namespace {
+
+/// Mean share of the vertices that those components act on of which `counts` says so.
+template <class Counts>
+double mean_share(const std::vector<Component>& components, int vertex_count,
+                  const Counts& counts) {
+    double sum = 0;
+    int count = 0;
+    for (const Component& c : components) {
+        if (!counts(c)) continue;
+        sum += static_cast<double>(c.support) / vertex_count;
+        ++count;
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+}  // namespace
+
+double mean_support(const std::vector<Component>& components, int level, int vertex_count) {
+    return mean_share(components, vertex_count,
+                      [level](const Component& c) { return c.level == level; });
+}
+
+double mean_support_of_kept(const std::vector<Component>& components, int vertex_count) {
+    return mean_share(components, vertex_count, [](const Component& c) { return c.kept; });
+}
+
+}  // namespace mscomp

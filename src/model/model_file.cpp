@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/model/model_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
+#include "mscomp/base/safetensors.h"
+#include "mscomp/model/stored_arrays.h"
+
+namespace mscomp {
+namespace {
+
+constexpr const char* kFormat = "mscomp-model";
+constexpr int kFormatVersion = 1;
+
+/// Runs `read`, turning whatever is wrong with the file into a CheckpointError.
+template <class Read>
+auto as_checkpoint(const std::string& path, Read&& read) {
+    try {
+        return read();
+    } catch (const InputError& error) {
+        throw CheckpointError(path, fmt::format("not a usable model file ({})", error.what()));
+    } catch (const nlohmann::json::exception& error) {
+        throw CheckpointError(path, fmt::format("damaged metadata ({})", error.what()));
+    }
+}
+
+template <class To, std::size_t N>
+std::vector<To> flat(const std::vector<std::array<To, N>>& rows) {
+    std::vector<To> values;
+    values.reserve(rows.size() * N);
+    for (const auto& row : rows) values.insert(values.end(), row.begin(), row.end());
+    return values;
+}
+
+template <class To, std::size_t N>
+std::vector<std::array<To, N>> unflat(std::span<const To> values) {
+    std::vector<std::array<To, N>> rows(values.size() / N);
+    for (std::size_t i = 0; i < values.size(); ++i) rows[i / N][i % N] = values[i];
+    return rows;
+}
+
+nlohmann::json describe(const ModelContext& context, const TrainingState& state) {
+    return {{"format", kFormat},
+            {"format_version", kFormatVersion},
+            {"config", context.config},
+            {"source", context.source},
+            {"source_hash", context.source_hash},
+            {"weights", context.weights},
+            {"largest_distance_exact", context.largest_distance_exact},
+            {"epoch", state.epoch},
+            {"step", state.step}};
+}
+
+std::string codes_key(int level) { return fmt::format("codes/level{}", level); }
+
+/// Columns [first, first + count) of the table, row after row.
+std::vector<float> columns(const CodeTable& codes, int first, int count) {
+    std::vector<float> values;
+    for (int m = 0; m < codes.shape_count(); ++m) {
+        const std::span<const float> row = codes.shape(m).subspan(at(first), at(count));
+        values.insert(values.end(), row.begin(), row.end());
+    }
+    return values;
+}
+
+/// Tables (n,K) of the same n shapes side by side.
+CodeTable joined(const std::vector<std::span<const float>>& tables, std::size_t shapes) {
+    CodeTable codes;
+    for (std::size_t m = 0; m < shapes; ++m) {
+        for (const std::span<const float> table : tables) {
+            const std::size_t width = table.size() / shapes;
+            const std::span<const float> row = table.subspan(m * width, width);
+            codes.values.insert(codes.values.end(), row.begin(), row.end());
+        }
+    }
+    codes.code_count = shapes > 0 ? static_cast<int>(codes.values.size() / shapes) : 0;
+    return codes;
+}
+
+}  // namespace
+
+void write_model(const std::string& path, const LearnedModel& model, const ModelContext& context,
+                 const TrainingState& state, const CodeTable& codes) {
+    StoredArrays arrays;
+    const auto count = [](const auto& values) { return static_cast<std::int64_t>(values.size()); };
+    arrays.keep<double>("reference", {context.reference.vertex_count(), 3},
+                        flat(context.reference.vertices));
+    arrays.keep<int>("faces", {context.reference.face_count(), 3}, flat(context.reference.faces));
+    arrays.add<double>("scaler_offset", {kFeatureDim}, context.scale.offset);
+    arrays.add<double>("scaler_factor", {kFeatureDim}, context.scale.factor);
+    arrays.add<double>("minmax_offset", {kFeatureDim}, context.minmax.offset);
+    arrays.add<double>("minmax_factor", {kFeatureDim}, context.minmax.factor);
+    arrays.keep<double>("largest_distance_and_total", {2}, {context.largest_distance, state.total});
+    arrays.keep<double>("plateau", {4},
+                        {state.window_mean, state.window_sum, state.is_plateau ? 1.0 : 0.0,
+                         static_cast<double>(state.window_epochs)});
+    arrays.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
+    arrays.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
+    model.save(arrays);
+    int first = 0, number = 0;
+    for (const LevelSize& level : model.levels()) {
+        arrays.keep<float>(codes_key(number++), {codes.shape_count(), level.codes()},
+                           columns(codes, first, level.codes()));
+        first += level.codes();
+    }
+    arrays.write(path, {{"model", describe(context, state).dump()}});
+}
+
+struct ModelFile::Content {
+    SafetensorsFile file;
+    ModelContext context;
+    TrainingState state;
+    CodeTable codes;
+
+    explicit Content(const std::string& path) : file(path) {
+        const auto found = file.metadata().find("model");
+        if (found == file.metadata().end()) {
+            throw CheckpointError(path, "a safetensors file, but not a model of mscomp");
+        }
+        const nlohmann::json description = nlohmann::json::parse(found->second);
+        if (description.at("format_version") != kFormatVersion) {
+            throw CheckpointError(
+                path, fmt::format("model format {}, this program reads {}",
+                                  description.at("format_version").dump(), kFormatVersion));
+        }
+        context.config = description.at("config");
+        context.source = description.at("source");
+        context.source_hash = description.at("source_hash");
+        context.weights = description.at("weights");
+        context.largest_distance_exact = description.at("largest_distance_exact");
+        state.epoch = description.at("epoch");
+        state.step = description.at("step");
+        context.reference.vertices = unflat<double, 3>(file.data<double>("reference", {-1, 3}));
+        context.reference.faces = unflat<int, 3>(file.data<int>("faces", {-1, 3}));
+        const auto nine = [&](const char* name, std::array<double, kFeatureDim>& to) {
+            std::ranges::copy(file.data<double>(name, {kFeatureDim}), to.begin());
+        };
+        nine("scaler_offset", context.scale.offset);
+        nine("scaler_factor", context.scale.factor);
+        nine("minmax_offset", context.minmax.offset);
+        nine("minmax_factor", context.minmax.factor);
+        const auto numbers = file.data<double>("largest_distance_and_total", {2});
+        context.largest_distance = numbers[0];
+        state.total = numbers[1];
+        if (file.contains("plateau")) read_window(file.data<double>("plateau", {-1}));
+        const auto indices = [&](const char* name) {
+            const auto values = file.data<int>(name, {-1});
+            return std::vector<int>(values.begin(), values.end());
+        };
+        context.train_shapes = indices("train_shapes");
+        context.test_shapes = indices("test_shapes");
+        read_codes();
+        check_faces(path);
+        check_shapes(path);
+    }
+
+    void read_codes() {
+        std::vector<std::span<const float>> tables;
+        const auto shapes = static_cast<std::int64_t>(context.train_shapes.size());
+        for (int l = 0; file.contains(codes_key(l)); ++l) {
+            tables.push_back(file.data<float>(codes_key(l), {shapes, -1}));
+        }
+        codes = joined(tables, context.train_shapes.size());
+    }
+
+    void read_window(std::span<const double> window) {
+        if (window.size() < 3) return;
+        state.window_mean = window[0];
+        state.is_plateau = window[2] != 0;
+        // Early files do not say how many epochs the sum is of: their window begins anew.
+        if (window.size() < 4) return;
+        state.window_sum = window[1];
+        state.window_epochs = static_cast<std::int64_t>(window[3]);
+    }
+
+    void check_shapes(const std::string& path) const {
+        for (const auto* shapes : {&context.train_shapes, &context.test_shapes}) {
+            if (!std::ranges::is_sorted(*shapes) || (!shapes->empty() && shapes->front() < 0)) {
+                throw CheckpointError(path, "indices of shapes are not ascending from 0");
+            }
+        }
+    }
+
+    void check_faces(const std::string& path) const {
+        for (const Face& face : context.reference.faces) {
+            for (const int v : face) {
+                if (v < 0 || v >= context.reference.vertex_count()) {
+                    throw CheckpointError(path, fmt::format("a face refers to vertex {}, the "
+                                                            "reference has {}",
+                                                            v, context.reference.vertex_count()));
+                }
+            }
+        }
+    }
+};
+
+ModelFile::ModelFile(const std::string& path)
+    : content_(as_checkpoint(path, [&] { return std::make_unique<Content>(path); })) {}
+ModelFile::ModelFile(ModelFile&&) noexcept = default;
+ModelFile& ModelFile::operator=(ModelFile&&) noexcept = default;
+ModelFile::~ModelFile() = default;
+
+const std::string& ModelFile::path() const { return content_->file.path(); }
+const ModelContext& ModelFile::context() const { return content_->context; }
+const TrainingState& ModelFile::state() const { return content_->state; }
+const CodeTable& ModelFile::codes() const { return content_->codes; }
+
+void ModelFile::load(LearnedModel& model) const {
+    as_checkpoint(path(), [&] {
+        model.load(content_->file);
+        if (codes().code_count == model.code_count()) return;
+        throw CheckpointError(path(), fmt::format("{} codes of a shape, the model has {}",
+                                                  codes().code_count, model.code_count()));
+    });
+}
+
+}  // namespace mscomp

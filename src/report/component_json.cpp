@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "component_json.h"
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace mscomp {
+namespace {
+
+nlohmann::ordered_json text_or_null(const std::string& text) {
+    return text.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text);
+}
+
+}  // namespace
+
+nlohmann::ordered_json component_json(const Component& c, int vertex_count) {
+    const auto share = [vertex_count](int vertices) {
+        return static_cast<double>(vertices) / vertex_count;
+    };
+    return {{"id", c.id},
+            {"level", c.level},
+            {"parent", text_or_null(c.parent)},
+            {"center_vertex", c.center},
+            {"longest_vertex", c.longest},
+            {"strength", c.strength},
+            {"distance", c.distance},
+            {"kept", c.kept},
+            {"reason", text_or_null(c.reason)},
+            {"code_min", c.code_min},
+            {"code_max", c.code_max},
+            {"code_reference", c.code_reference},
+            {"code_end", c.code_end},
+            {"code_other", c.code_other},
+            {"support_vertices", c.support},
+            {"support", share(c.support)},
+            {"moving", share(c.moving)},
+            {"localization_radius", c.localization_radius}};
+}
+
+}  // namespace mscomp

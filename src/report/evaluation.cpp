@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/report/evaluation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "component_report.h"
+#include "error_curves.h"
+#include "evaluation_files.h"
+#include "known_units.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
+#include "mscomp/base/interruption.h"
+#include "mscomp/base/outputs.h"
+#include "mscomp/eval/shape_measures.h"
+#include "mscomp/run/shape_decoder.h"
+
+namespace mscomp {
+namespace {
+
+using nlohmann::ordered_json;
+
+FeatureFile opened_features(const std::string& path, const TrainedRun& run) {
+    FeatureFile file(path);
+    require_mesh_of(run, file);
+    return file;
+}
+
+std::string features_path(const EvaluationOptions& options, const TrainedRun& run) {
+    if (!options.features.empty()) return options.features;
+    const std::string& source = run.context().source;
+    if (std::filesystem::exists(source)) return source;
+    throw IoError(source,
+                  "no such file, but the model was trained on it; if it is elsewhere now, name it "
+                  "after the run");
+}
+
+/// The split to measure, which has to be of this file.
+std::string split_of(const EvaluationOptions& options, const TrainedRun& run,
+                     const FeatureFile& file) {
+    const bool is_own = file.data_hash() == run.context().source_hash;
+    if (options.split.empty()) {
+        return is_own && !run.context().test_shapes.empty() ? "test" : "all";
+    }
+    if (!is_own && options.split != "all") {
+        throw UsageError(
+            fmt::format("--split {}: {} is not the file the model was trained on, nor the same; "
+                        "wanted that file or --split all",
+                        options.split, file.path()));
+    }
+    return options.split;
+}
+
+ShapeOrder order_of(const EvaluationOptions& options, const TrainedRun& run) {
+    if (options.order == "sequence") return ShapeOrder::sequence;
+    if (options.order == "set") return ShapeOrder::set;
+    return run.config.data.split.train == SplitKind::every ? ShapeOrder::sequence : ShapeOrder::set;
+}
+
+/// One fit measured over all shapes.
+struct MeasuredFit {
+    std::string name;
+    ShapeMeasures measures;
+    std::vector<double> codes;  // (n,K)
+
+    void add(const ShapeDecoder& decoder, const FeatureFile& file, std::span<const int> shapes,
+             const std::vector<DecodedShape>& decoded) {
+        for (std::size_t m = 0; m < shapes.size(); ++m) {
+            const auto shape = at(shapes[m]);
+            measures.add(file.outline().names[shape], decoder.truth(shapes[m]), decoded[m].vertices,
+                         decoder.relative_squared_error_of(shapes[m], decoded[m]));
+            codes.insert(codes.end(), decoded[m].codes.begin(), decoded[m].codes.end());
+        }
+    }
+};
+
+ordered_json optional_number(const std::optional<double>& value) {
+    return value ? ordered_json(*value) : ordered_json(nullptr);
+}
+
+ordered_json total_json(const ShapeMeasures& measures, double support_mean) {
+    const SetErrors total = measures.total();
+    return {{"rms_error", total.rms_error},
+            {"sted", optional_number(total.sted.value)},
+            {"sted_spatial", total.sted.spatial},
+            {"sted_temporal", optional_number(total.sted.temporal)},
+            {"mean_vertex_distance", total.mean_vertex_distance},
+            {"max_vertex_distance", total.max_vertex_distance},
+            {"relative_squared_error_max", optional_number(total.relative_squared_error_max)},
+            {"relative_squared_error_mean", optional_number(total.relative_squared_error_mean)},
+            {"support_mean", support_mean}};
+}
+
+/// A run measured on the shapes of one split of one file.
+class Evaluation {
+  public:
+    explicit Evaluation(const EvaluationOptions& options)
+        : options_(options),
+          run_(open_run(options.run, ShapeDecoder::kGroup)),
+          file_(opened_features(features_path(options, run_), run_)),
+          split_(split_of(options, run_, file_)),
+          components_(run_.components()),
+          by_components_(options.components, components_, reference().vertices),
+          by_handles_(options.handles, run_, components_),
+          decoder_(run_, file_, [] { throw_if_interrupted("interrupted; nothing was written"); }) {
+        shapes_ = shapes_of_split(run_, file_, split_);
+        if (!options.units.empty()) units_.emplace(options.units, file_.shape_count());
+        for (const char* fit : {"features", "vertices"}) {
+            if (options.fit != "both" && options.fit != fit) continue;
+            fits_.push_back({fit, ShapeMeasures(reference(), order_of(options, run_)), {}});
+        }
+    }
+
+    void measure() {
+        const auto count = static_cast<std::int64_t>(shapes_.size());
+        const auto passes =
+            static_cast<std::int64_t>(1 + (has("vertices") ? 1 : 0) + options_.handles.size() +
+                                      (options_.components.empty() ? 0 : 1));
+        std::int64_t done = 0;
+        for (std::size_t first = 0; first < shapes_.size(); first += ShapeDecoder::kGroup) {
+            const std::span<const int> group = std::span<const int>(shapes_).subspan(
+                first, std::min<std::size_t>(ShapeDecoder::kGroup, shapes_.size() - first));
+            const auto finish = [&](std::size_t steps) {
+                if (steps == 0) return;
+                done += static_cast<std::int64_t>(steps * group.size());
+                if (options_.on_progress) options_.on_progress(done, count * passes);
+            };
+            const std::vector<DecodedShape> encoded = decoder_.encode(group);
+            if (has("features")) fits_.front().add(decoder_, file_, group, encoded);
+            finish(1);
+            if (has("vertices")) {
+                fits_.back().add(decoder_, file_, group, decoder_.fit(group, encoded));
+                finish(1);
+            }
+            if (!options_.components.empty()) {
+                by_components_.add(decoder_, group, encoded, has("features"), has("vertices"));
+                finish(1);
+            }
+            by_handles_.add(decoder_, group);
+            finish(options_.handles.size());
+            for (const int shape : group) file_.forget(shape);
+        }
+    }
+
+    ordered_json report() {
+        const int levels = static_cast<int>(run_.model->levels().size());
+        const ComponentReport of_components =
+            component_report(components_, levels, run_.reference().vertex_count());
+        ordered_json report{
+            {"run", options_.run},
+            {"set", std::filesystem::path(file_.path()).stem().string()},
+            {"features_file", file_.path()},
+            {"split", split_},
+            {"shapes", shapes_.size()},
+            {"shapes_in_set", file_.shape_count()},
+            {"kind", run_.config.kind},
+            {"order", order_of(options_, run_) == ShapeOrder::set ? "set" : "sequence"},
+            {"components", of_components.kept_per_level}};
+        for (const MeasuredFit& fit : fits_) {
+            ordered_json& entry = report[fit.name] =
+                total_json(fit.measures, of_components.support_mean);
+            if (!options_.components.empty()) {
+                entry["by_components"] =
+                    (fit.name == "features" ? by_components_.features() : by_components_.vertices())
+                        .json();
+            }
+        }
+        if (!options_.handles.empty()) report["by_handles"] = by_handles_.errors().json();
+        if (units_) report["units"] = units_json();
+        report["worst"] = worst_json();
+        report["per_shape"] = shapes_json();
+        report["component_list"] = of_components.list;
+        report["cosine"] = of_components.cosine;
+        return report;
+    }
+
+    void write_files(const ordered_json& report) {
+        create_folder(options_.output);
+        write_file(options_.output + "/table.csv", csv_of(report["per_shape"]));
+        write_file(options_.output + "/components.csv", csv_of(report["component_list"]));
+        std::vector<int> worst;
+        for (const int n : worst_shapes(fits_.back().measures.shapes(), options_.worst)) {
+            worst.push_back(shapes_[at(n)]);
+        }
+        if (worst.empty()) return;
+        write_error_picture(options_.output + "/errors.png",
+                            fmt::format("{}: the worst of {} shapes by the {} fit", options_.run,
+                                        shapes_.size(), fits_.back().name),
+                            decoder_, run_, file_, worst, has("features"), has("vertices"));
+    }
+
+  private:
+    const TriangleMesh& reference() const { return run_.context().reference; }
+    bool has(const char* fit) const { return options_.fit == "both" || options_.fit == fit; }
+
+    ordered_json units_json() const {
+        ordered_json result{{"file", options_.units},
+                            {"units", units_->unit_count()},
+                            {"varying", units_->varying_count(shapes_)},
+                            {"threshold", KnownUnits::kThreshold}};
+        for (const MeasuredFit& fit : fits_) {
+            result[fit.name] = units_->matches(shapes_, fit.codes, components_);
+        }
+        return result;
+    }
+
+    ordered_json worst_json() const {
+        ordered_json result = ordered_json::object();
+        for (const MeasuredFit& fit : fits_) {
+            result[fit.name] = ordered_json::array();
+            for (const int n : worst_shapes(fit.measures.shapes(), options_.worst)) {
+                result[fit.name].push_back(shape_json(fit, at(n)));
+            }
+        }
+        return result;
+    }
+
+    ordered_json shapes_json() const {
+        ordered_json rows = ordered_json::array();
+        for (std::size_t n = 0; n < shapes_.size(); ++n) {
+            ordered_json row = shape_names(n);
+            for (const MeasuredFit& fit : fits_) {
+                row[fit.name] = shape_errors(fit.measures.shapes()[n]);
+            }
+            rows.push_back(row);
+        }
+        return rows;
+    }
+
+    ordered_json shape_names(std::size_t n) const {
+        return {{"shape", shapes_[n]}, {"name", fits_.front().measures.shapes()[n].name}};
+    }
+    static ordered_json shape_errors(const ShapeErrors& errors) {
+        return {{"rms_error", errors.rms_error},
+                {"mean_vertex_distance", errors.mean_vertex_distance},
+                {"max_vertex_distance", errors.max_vertex_distance},
+                {"worst_vertex", errors.worst_vertex},
+                {"relative_squared_error", optional_number(errors.relative_squared_error)}};
+    }
+    ordered_json shape_json(const MeasuredFit& fit, std::size_t n) const {
+        ordered_json result = shape_names(n);
+        result.update(shape_errors(fit.measures.shapes()[n]));
+        return result;
+    }
+
+    const EvaluationOptions& options_;
+    TrainedRun run_;
+    FeatureFile file_;
+    std::string split_;
+    std::vector<Component> components_;
+    ComponentCurve by_components_;
+    HandleCurve by_handles_;
+    ShapeDecoder decoder_;
+    std::vector<int> shapes_;
+    std::optional<KnownUnits> units_;
+    std::vector<MeasuredFit> fits_;  // features before vertices
+};
+
+}  // namespace
+
+nlohmann::ordered_json evaluation_report(const EvaluationOptions& options) {
+    Evaluation evaluation(options);
+    evaluation.measure();
+    ordered_json report = evaluation.report();
+    if (!options.output.empty()) evaluation.write_files(report);
+    return report;
+}
+
+}  // namespace mscomp

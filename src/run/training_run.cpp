@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/run/training_run.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
+#include "mscomp/base/outputs.h"
+#include "mscomp/config/config_file.h"
+#include "mscomp/run/config_change.h"
+#include "mscomp/run/peak_memory.h"
+#include "mscomp/run/run_folder.h"
+#include "training_log.h"
+#include "training_setup.h"
+
+namespace mscomp {
+namespace {
+
+/// The earlier part of a run, whose configuration allows to go on. Throws UsageError otherwise.
+ModelFile earlier_part(const std::string& run, const Config& config) {
+    ModelFile earlier(checkpoint_path(run));
+    const Config before = parse_config(earlier.context().config, checkpoint_path(run));
+    if (config_change(before, config).may_go_on()) return earlier;
+    throw UsageError(fmt::format(
+        "{} was trained with another configuration (see {}); --resume may only change "
+        "train.epochs, train.plateau_epochs, train.plateau_gain, train.checkpoint_every "
+        "and filter",
+        run, config_path(run)));
+}
+
+void require_same_features(const ModelFile& earlier, const TrainingSetup& setup,
+                           const std::string& run) {
+    if (earlier.context().source_hash == setup.context.source_hash) return;
+    throw UsageError(
+        fmt::format("{} was trained on other features than {} holds now; --resume "
+                    "needs the same",
+                    run, setup.config.data.features));
+}
+
+void describe(const TrainingSetup& setup, const std::string& run, LineFile& log) {
+    log.append(fmt::format("{}: {} shapes ({} train), {} vertices; run folder {}",
+                           setup.config.data.features, setup.features.shape_count(),
+                           setup.context.train_shapes.size(), setup.features.vertex_count(), run));
+    log.append(fmt::format("largest geodesic distance {:.6g} ({})", setup.context.largest_distance,
+                           setup.context.largest_distance_exact ? "exact" : "lower bound"));
+    const std::vector<std::string>& names = setup.features.outline().names;
+    for (const FeatureExtreme& extreme : setup.scaler.extremes) {
+        log.append(
+            fmt::format("extreme of the training features: channel {} is {:.6g} in {} at vertex {}",
+                        extreme.channel, extreme.value, names[at(extreme.shape)], extreme.vertex));
+    }
+}
+
+/// A run that is under way in its folder.
+class Training {
+  public:
+    Training(const std::string& run, TrainingSetup& setup, Learner& learner, LineFile& log)
+        : run_(run),
+          setup_(setup),
+          learner_(learner),
+          log_(log),
+          metrics_(metrics_path(run), learner.term_names(), learner.state().epoch) {}
+
+    /// Rows and log first, so that the checkpoint never claims more than they hold.
+    void save() {
+        metrics_.sync();
+        const TrainingState& state = learner_.state();
+        write_model(checkpoint_path(run_), *setup_.model, setup_.context, state, learner_.codes());
+        log_.append(fmt::format("saved at epoch {}, step {}, loss {:.6g}; peak memory {:.0f} MiB",
+                                state.epoch, state.step, state.total, peak_memory_mib()));
+        log_.sync();
+        saved_at_ = std::chrono::steady_clock::now();
+    }
+
+    /// Epochs until the end, or until `options` say stop; true if they did.
+    bool go_on(const TrainingOptions& options) {
+        if (options.on_begin) options.on_begin(learner_.state());
+        while (!learner_.is_over()) {
+            const EpochReport report = learner_.run_epoch();
+            metrics_.append(report);
+            if (options.on_epoch) options.on_epoch(report, metrics_.term_names());
+            const bool is_stopped = options.should_stop && options.should_stop();
+            if (is_stopped || is_due()) save();
+            if (is_stopped) return true;
+        }
+        return false;
+    }
+
+  private:
+    bool is_due() const {
+        constexpr std::chrono::seconds kLongestUnsaved{120};
+        return learner_.state().epoch % setup_.config.train.checkpoint_every == 0 ||
+               learner_.is_over() || std::chrono::steady_clock::now() - saved_at_ > kLongestUnsaved;
+    }
+
+    const std::string& run_;
+    TrainingSetup& setup_;
+    Learner& learner_;
+    LineFile& log_;
+    MetricsFile metrics_;
+    std::chrono::steady_clock::time_point saved_at_ = std::chrono::steady_clock::now();
+};
+
+std::string begin_line(const std::string& title) {
+    return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC  {}", fmt::gmtime(std::time(nullptr)), title);
+}
+
+}  // namespace
+
+bool has_checkpoint(const std::string& run) {
+    return std::filesystem::exists(checkpoint_path(run));
+}
+
+TrainingResult train_run(const Config& config, const std::string& run,
+                         const TrainingOptions& options) {
+    std::optional<ModelFile> earlier;
+    if (options.resume && has_checkpoint(run)) earlier.emplace(earlier_part(run, config));
+    TrainingSetup setup(config);
+    if (earlier) require_same_features(*earlier, setup, run);
+
+    create_folder(run);
+    LineFile log(log_path(run));
+    log.append(begin_line(options.title));
+    describe(setup, run, log);
+    write_file(config_path(run), write_config(config, true));
+    const std::unique_ptr<Learner> learner =
+        setup.model->learner(setup.features, setup.context.train_shapes);
+    if (earlier) {
+        earlier->load(*setup.model);
+        learner->resume(earlier->state());
+        log.append(fmt::format("resumed at epoch {}", learner->state().epoch));
+    } else {
+        learner->start();
+    }
+    Training training(run, setup, *learner, log);
+    // From the first moment on the folder holds what belongs together, even if nothing else comes.
+    if (!earlier || earlier->context().config != setup.context.config) training.save();
+    const bool is_stopped = training.go_on(options);
+    if (!is_stopped && learner->state().is_plateau) {
+        log.append(
+            fmt::format("plateau: the last {} epochs lowered the error by less than {} of it",
+                        config.train.plateau_epochs, config.train.plateau_gain));
+    }
+    return {learner->state(), is_stopped};
+}
+
+TrainingProgress training_progress(const std::string& run, const TrainingDemand& demand) {
+    if (!has_checkpoint(run)) return TrainingProgress::none;
+    const std::string path = checkpoint_path(run);
+    const ModelFile file(path);
+    const ModelContext& context = file.context();
+    if (context.source_hash != demand.source_hash || context.train_shapes != demand.train_shapes) {
+        return TrainingProgress::none;
+    }
+    ConfigChange change;
+    try {
+        change = config_change(parse_config(context.config, path), demand.config);
+    } catch (const ConfigError&) {
+        return TrainingProgress::none;  // of a version that had other keys
+    }
+    const int epochs = demand.config.train.epochs;
+    if (!change.same_result() || file.state().epoch > epochs) return TrainingProgress::none;
+    const bool is_over = file.state().is_plateau || file.state().epoch == epochs;
+    return is_over && !change.filter && !change.saving && !change.length
+               ? TrainingProgress::finished
+               : TrainingProgress::begun;
+}
+
+}  // namespace mscomp

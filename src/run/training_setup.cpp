@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "training_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "make_model.h"
+#include "mscomp/base/error.h"
+#include "mscomp/config/config_file.h"
+#include "mscomp/geodesic/heat_geodesics.h"
+#include "mscomp/run/split.h"
+
+namespace mscomp {
+
+TrainingSetup::TrainingSetup(const Config& of) : config(of), features(of.data.features) {
+    const FeatureSet& outline = features.outline();
+    Split split = resolve_split(config.data.split, outline.shape_count(), "");
+    if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
+    const FeatureRanges ranges(features, split.train);
+    scaler = ranges.scaler(
+        config.data.center == Scaling::minmax ? FeatureCenter::minmax : FeatureCenter::reference,
+        config.data.scale == Scale::shared ? FeatureScale::shared : FeatureScale::separate);
+    if (std::ranges::all_of(scaler.factor, [](double f) { return f == 0; })) {
+        throw UsageError(fmt::format("{}: the training shapes do not differ from the reference",
+                                     config.data.features));
+    }
+
+    HeatGeodesics geodesics(outline.reference);
+    const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
+    distances =
+        std::make_unique<NormalizedGeodesics>(std::move(geodesics), normalizer.largest_distance);
+    context.config = write_config(config, false);
+    context.source = config.data.features;
+    context.source_hash = features.data_hash();
+    context.weights = outline.weights;
+    context.reference = outline.reference;
+    context.scale = scaler;
+    context.minmax = ranges.scaler(FeatureCenter::minmax);
+    context.largest_distance = normalizer.largest_distance;
+    context.largest_distance_exact = normalizer.exact;
+    context.train_shapes = std::move(split.train);
+    context.test_shapes = std::move(split.test);
+    model = make_model(config, context, *distances, ModelUse::training,
+                       static_cast<int>(context.train_shapes.size()));
+}
+
+}  // namespace mscomp

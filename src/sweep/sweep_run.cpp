@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "sweep_run.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <sstream>
+#include <utility>
+
+#include "mscomp/acap/feature_file.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/interruption.h"
+#include "mscomp/base/safetensors.h"
+#include "mscomp/report/evaluation.h"
+#include "mscomp/run/run_folder.h"
+#include "mscomp/run/split.h"
+#include "mscomp/run/training_run.h"
+
+namespace mscomp {
+namespace {
+
+/// What an evaluation depends on.
+nlohmann::ordered_json origin(const std::string& run, const SweepMeasure& measure) {
+    const SafetensorsFile file(checkpoint_path(run));
+    const auto hash = [&](const char* key) { return file.metadata().at(key); };
+    return {{"checkpoint", hash("xxh3")},
+            {"checkpoint_header", hash("xxh3_header")},
+            {"split", measure.split},
+            {"fit", measure.fit}};
+}
+
+}  // namespace
+
+std::vector<PointData> read_point_data(const std::vector<Config>& configs,
+                                       const SweepMeasure& measure) {
+    std::map<std::string, std::pair<std::string, int>> files;  // hash, shapes
+    std::vector<PointData> all;
+    for (const Config& config : configs) {
+        const std::string& path = config.data.features;
+        if (!files.contains(path)) {
+            const FeatureFile file(path);
+            files[path] = {file.data_hash(), file.shape_count()};
+        }
+        const auto& [hash, shapes] = files.at(path);
+        Split split = resolve_split(config.data.split, shapes, "");
+        if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
+        if (split.test.empty() && measure.split == "test") {
+            throw UsageError(
+                fmt::format("{}: all {} shapes train; wanted a data.split that leaves "
+                            "some, or measure: {{split: train}}",
+                            path, shapes));
+        }
+        all.push_back({hash, std::move(split.train)});
+    }
+    return all;
+}
+
+void train_point(const std::string& run, const Config& config, const PointData& data,
+                 const SweepOptions& options) {
+    const TrainingProgress progress = training_progress(run, {config, data.hash, data.train});
+    if (progress == TrainingProgress::finished) return;
+    TrainingOptions training;
+    training.resume = progress == TrainingProgress::begun;
+    training.title = fmt::format("mscomp sweep {}", options.sweep);
+    if (options.on_training) {
+        training.on_begin = [&](const TrainingState& state) {
+            options.on_training(state, config.train.epochs);
+        };
+    }
+    training.on_epoch = options.on_epoch;
+    training.should_stop = interrupted;
+    if (train_run(config, run, training).is_stopped) throw_if_interrupted("interrupted");
+}
+
+nlohmann::ordered_json evaluate_point(const std::string& run, const SweepMeasure& measure,
+                                      const SweepOptions& options) {
+    const nlohmann::ordered_json made_from = origin(run, measure);
+    const std::string path = evaluation_path(run);
+    if (std::filesystem::exists(path)) {
+        const auto kept = nlohmann::ordered_json::parse(read_file(path), nullptr, false);
+        if (kept.is_object() && kept.contains("made_from") && kept.contains("evaluation") &&
+            kept["made_from"] == made_from) {
+            return kept["evaluation"];
+        }
+    }
+    EvaluationOptions evaluated;
+    evaluated.run = run;
+    evaluated.split = measure.split;
+    evaluated.fit = measure.fit;
+    evaluated.on_progress = options.on_measure;
+    const nlohmann::ordered_json evaluation = evaluation_report(evaluated);
+    const nlohmann::ordered_json file{{"made_from", made_from}, {"evaluation", evaluation}};
+    write_file(path, file.dump(2) + "\n");
+    // What was written has null where the number is not finite: the same from now on.
+    return nlohmann::ordered_json::parse(evaluation.dump());
+}
+
+TrainingTime training_time(const std::string& run) {
+    std::istringstream lines(read_file(metrics_path(run)));
+    std::string line;
+    std::getline(lines, line);
+    TrainingTime time;
+    std::int64_t steps = 0;
+    while (std::getline(lines, line)) {
+        const std::int64_t step = std::stoll(line.substr(line.find(',') + 1));
+        time.epochs = std::stoll(line);
+        time.seconds +=
+            static_cast<double>(step - steps) * std::stod(line.substr(line.rfind(',') + 1)) / 1000;
+        steps = step;
+    }
+    return time;
+}
+
+}  // namespace mscomp

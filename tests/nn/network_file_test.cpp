@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
+#include "base/temporary_folder.h"
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/safetensors.h"
+#include "mscomp/model/model_file.h"
+#include "network_files.h"
+#include "nn/start.h"
+#include "small_spectral.h"
+#include "small_training.h"
+
+namespace mscomp::nn {
+namespace {
+
+class ModelFileTest : public testing::Test {
+  protected:
+    std::string temporary(const char* name) { return folder_ / name; }
+
+    std::string saved() {
+        const auto model = problem_.make_model();
+        Trainer trainer(*model, problem_.config.train, problem_.features, problem_.shapes);
+        trainer.start();
+        ModelContext context;
+        context.config = "model: {}";
+        context.reference = problem_.mesh;
+        context.scale.factor.fill(2.0);
+        context.train_shapes = problem_.shapes;
+        const std::string path = temporary("model.safetensors");
+        write_network(path, *model, context, trainer.state(), trainer.codes());
+        return path;
+    }
+    SmallTraining problem_;
+
+  private:
+    TemporaryFolder folder_;
+};
+
+TEST_F(ModelFileTest, KeepsItsContext) {
+    const ModelFile file(saved());
+    EXPECT_EQ(file.context().config, "model: {}");
+    EXPECT_EQ(file.context().reference.vertices, problem_.mesh.vertices);
+    EXPECT_EQ(file.context().reference.faces, problem_.mesh.faces);
+    EXPECT_EQ(file.context().scale.factor[8], 2.0);
+    EXPECT_EQ(file.context().train_shapes, problem_.shapes);
+    ASSERT_EQ(file.codes().size(), 2u);
+    EXPECT_EQ(file.codes()[1].size(), 12u * 3 * 2);
+}
+
+// Every array in the vertex order of the user, under its name.
+TEST_F(ModelFileTest, HoldsArraysInTheOrderOfTheUser) {
+    const auto model = problem_.make_model();
+    Trainer trainer(*model, problem_.config.train, problem_.features, problem_.shapes);
+    trainer.start();
+    for (int epoch = 0; epoch < 2; ++epoch) trainer.run_epoch();
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    const std::string path = temporary("model.safetensors");
+    write_network(path, *model, context, trainer.state(), trainer.codes());
+    const SafetensorsFile file(path);
+    ParameterSet<float>& parameters = model->parameters();
+    for (int i = 0; i < parameters.count(); ++i) {
+        const ParameterSet<float>::Entry& entry = parameters.entry(i);
+        const auto expect_held = [&](const std::string& prefix, std::span<const float> inner) {
+            const auto held = file.data<float>(prefix + "/" + entry.name, entry.extents);
+            EXPECT_TRUE(std::ranges::equal(held, model->to_user_order(i, inner)))
+                << prefix << " of " << entry.name;
+        };
+        expect_held("parameter", parameters.value(i));
+        expect_held("adam_m", parameters.moment1(i));
+        expect_held("adam_v", parameters.moment2(i));
+    }
+}
+
+// Also where vertices have other than nine weights.
+TEST_F(ModelFileTest, HoldsAnyNumberOfChannels) {
+    for (const int channels : {1, 5, 12}) {
+        problem_.config.spectral.components = 4;
+        problem_.config.spectral.conv_channels = channels;
+        const auto model = make_vae<float>(problem_), loaded = make_vae<float>(problem_);
+        start_random(*model, 8);
+        model->set_centers(0, {0, 1, 2, 3});
+        ModelContext context;
+        context.reference = problem_.mesh;
+        context.train_shapes = problem_.shapes;
+        const std::string path = temporary("model.safetensors");
+        write_network(path, *model, context, {}, {std::vector<float>(12 * 4)});
+        const SafetensorsFile file(path);
+        const int weights = model->component_weights(0);
+        EXPECT_TRUE(
+            std::ranges::equal(file.data<float>("parameter/component_weights",
+                                                {1, 4, problem_.mesh.vertex_count(), channels}),
+                               model->to_user_order(weights, model->parameters().value(weights))));
+        load_network(ModelFile(path), *loaded);
+        EXPECT_TRUE(
+            std::ranges::equal(loaded->parameters().all_values(), model->parameters().all_values()))
+            << channels << " channels";
+    }
+}
+
+// Whatever a model held before, zeros of the file included, it holds the file afterwards.
+TEST_F(ModelFileTest, ReplacesAllThatWasThere) {
+    const ModelFile file(saved());
+    const auto fresh = problem_.make_model(), used = problem_.make_model();
+    ParameterSet<float>& parameters = used->parameters();
+    for (const auto all :
+         {parameters.all_values(), parameters.all_moments1(), parameters.all_moments2()}) {
+        std::ranges::fill(all, 3.0F);
+    }
+    load_network(file, *fresh);
+    load_network(file, *used);
+    for (int i = 0; i < parameters.count(); ++i) {
+        const std::string& name = parameters.entry(i).name;
+        EXPECT_TRUE(std::ranges::equal(parameters.value(i), fresh->parameters().value(i))) << name;
+        EXPECT_TRUE(std::ranges::equal(parameters.moment1(i), fresh->parameters().moment1(i)))
+            << name;
+        EXPECT_TRUE(std::ranges::equal(parameters.moment2(i), fresh->parameters().moment2(i)))
+            << name;
+    }
+    EXPECT_TRUE(std::ranges::any_of(fresh->parameters().value(0), [](float x) { return x != 0; }));
+}
+
+TEST_F(ModelFileTest, RefusesATruncatedFile) {
+    const std::string path = saved();
+    const std::string bytes = read_file(path);
+    for (const std::size_t kept :
+         {std::size_t{0}, std::size_t{7}, bytes.size() / 2, bytes.size() - 1}) {
+        std::ofstream(path, std::ios::binary)
+            .write(bytes.data(), static_cast<std::streamsize>(kept));
+        EXPECT_THROW(ModelFile{path}, CheckpointError)
+            << kept << " of " << bytes.size() << " bytes";
+    }
+}
+
+TEST_F(ModelFileTest, RefusesAlteredBytes) {
+    const std::string path = saved();
+    const std::string bytes = read_file(path);
+    for (const std::size_t place : {std::size_t{20}, bytes.size() / 2, bytes.size() - 3}) {
+        std::string altered = bytes;
+        altered[place] = static_cast<char>(altered[place] ^ 0x10);
+        write_file(path, altered);
+        EXPECT_THROW(ModelFile{path}, CheckpointError) << "byte " << place;
+    }
+}
+
+// Who acts is decided in some steps only, so it is restored, not read off the weights.
+TEST_F(ModelFileTest, RestoresWhoActs) {
+    const auto model = problem_.make_model();
+    Trainer trainer(*model, problem_.config.train, problem_.features, problem_.shapes);
+    trainer.start();
+    std::vector<std::uint8_t> acts = model->acting(1);
+    std::vector<std::uint8_t> more = acts;
+    for (std::size_t i = 0; i < more.size(); i += 5) more[i] = 1;
+    ASSERT_NE(more, acts);
+    model->set_acting(1, more);
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    const std::string path = temporary("acting.safetensors");
+    write_network(path, *model, context, trainer.state(), trainer.codes());
+    const auto loaded = problem_.make_model();
+    load_network(ModelFile(path), *loaded);
+    EXPECT_EQ(loaded->acting(1), more);
+}
+
+// A settled centre need not be the longest vertex, so it is restored, not found again.
+TEST_F(ModelFileTest, RestoresCentres) {
+    const auto model = problem_.make_model();
+    Trainer trainer(*model, problem_.config.train, problem_.features, problem_.shapes);
+    trainer.start();
+    const std::vector<int> coarse{5, 17, 160}, fine{9, 8, 7, 6, 5, 4};
+    model->set_centers(0, coarse);
+    model->set_centers(1, fine);
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    std::vector<std::vector<float>> codes{std::vector<float>(12 * 3), std::vector<float>(12 * 6)};
+    const std::string path = temporary("centres.safetensors");
+    write_network(path, *model, context, trainer.state(), codes);
+    const auto loaded = problem_.make_model();
+    load_network(ModelFile(path), *loaded);
+    ASSERT_EQ(loaded->centers(0), coarse);
+    EXPECT_EQ(loaded->centers(1), fine);
+    // Inner numbering too, against the order that brings vertices there.
+    EXPECT_EQ(loaded->order()
+                  .to_user[static_cast<std::size_t>(loaded->levels()[0].sparsity->centers()[2])],
+              160);
+    const SparsityRow row =
+        loaded->levels()[0].sparsity->row(loaded->levels()[0].sparsity->centers()[2]);
+    EXPECT_EQ(row.distances[static_cast<std::size_t>(loaded->order().to_internal[160])], 0);
+}
+
+// Content that no training can have written, though the bytes are whole.
+TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
+    const auto model = problem_.make_model();
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    model->set_centers(0, {0, 1, 2});
+    model->set_centers(1, {0, 1, 2, 3, 4, 5});
+    std::vector<std::vector<float>> codes{std::vector<float>(12 * 3), std::vector<float>(12 * 6)};
+    const std::string path = temporary("model.safetensors");
+    const auto load = [&] {
+        write_network(path, *model, context, {}, codes);
+        const auto fresh = problem_.make_model();
+        load_network(ModelFile(path), *fresh);
+    };
+    EXPECT_NO_THROW(load());
+    std::swap(context.train_shapes[0], context.train_shapes[1]);
+    EXPECT_THROW(load(), CheckpointError) << "shapes in disorder";
+    context.train_shapes = problem_.shapes;
+    codes[1].resize(11 * 6);
+    EXPECT_THROW(load(), CheckpointError) << "a shape without codes";
+    codes[1].resize(12 * 6);
+    model->set_centers(0, {0, 1, -1});
+    EXPECT_THROW(load(), CheckpointError) << "a component without centre";
+    model->set_centers(0, {0, 1, 2});
+    model->parameters().value(0)[3] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_THROW(load(), CheckpointError) << "a parameter that is not finite";
+    model->parameters().value(0)[3] = 0;
+    model->parameters().value(model->levels()[1].weights).back() =
+        std::numeric_limits<float>::infinity();
+    EXPECT_THROW(load(), CheckpointError) << "a component weight that is not finite";
+}
+
+TEST_F(ModelFileTest, RefusesAModelOfAnotherShape) {
+    const ModelFile file(saved());
+    problem_.config.stacked.levels[0].components = 4;
+    const auto model = problem_.make_model();
+    EXPECT_THROW(load_network(file, *model), CheckpointError);
+}
+
+}  // namespace
+}  // namespace mscomp::nn

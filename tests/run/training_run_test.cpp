@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+// Runs as a program uses them that is not ours: trained, opened, gone on with, decoded.
+#include "mscomp/run/training_run.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <span>
+
+#include "mscomp/base/atomic_file.h"
+#include "mscomp/base/error.h"
+#include "mscomp/config/config_file.h"
+#include "mscomp/eval/measures.h"
+#include "mscomp/run/config_change.h"
+#include "mscomp/run/run_folder.h"
+#include "mscomp/run/shape_decoder.h"
+#include "mscomp/run/trained_run.h"
+#include "run/run_cases.h"
+
+namespace mscomp {
+namespace {
+
+class TrainingRun : public testing::Test {
+  protected:
+    Config config(const std::string& kind = "stacked-attention") const {
+        return cases::small_config(kind, features_);
+    }
+    std::string run() const { return folder_ / "arm.run"; }
+    TrainingResult train(const Config& config, bool resume = false) const {
+        TrainingOptions options;
+        options.resume = resume;
+        return train_run(config, run(), options);
+    }
+    /// Everything of the checkpoint but the configuration that stands in it.
+    std::vector<float> arrays() const {
+        TrainedRun opened = open_run(run());
+        std::vector<float> all = opened.file.codes().values;
+        const std::vector<float> codes(static_cast<std::size_t>(opened.model->code_count()), 0.5F);
+        const std::vector<float> rows = opened.model->decode(codes);
+        all.insert(all.end(), rows.begin(), rows.end());
+        return all;
+    }
+    TrainingDemand demand(const Config& config) const {
+        const FeatureFile file(features_);
+        return {config, file.data_hash(), {0, 2, 4, 6, 8}};
+    }
+
+    TemporaryFolder folder_;
+    std::string features_ = cases::extracted_arm(folder_ / "arm.safetensors");
+};
+
+TEST_F(TrainingRun, LeavesWhatOpensAgain) {
+    const TrainingResult result = train(config());
+    EXPECT_EQ(result.state.epoch, 3);
+    EXPECT_FALSE(result.is_stopped);
+    TrainedRun opened = open_run(run());
+    EXPECT_EQ(opened.file.state().epoch, 3);
+    EXPECT_EQ(opened.context().train_shapes, (std::vector<int>{0, 2, 4, 6, 8}));
+    EXPECT_EQ(static_cast<int>(opened.components().size()), opened.model->code_count());
+    for (const std::string& path : {metrics_path(run()), log_path(run()), config_path(run())}) {
+        EXPECT_TRUE(std::filesystem::exists(path)) << path;
+    }
+}
+
+// A filter that drops everything, on a run that is finished: nothing is trained, and whoever opens
+// the run obeys it.
+TEST_F(TrainingRun, ResumedWithAnotherFilterIsSavedAndObeyed) {
+    Config changed = config();
+    train(changed);
+    const std::vector<float> before = arrays();
+    ASSERT_TRUE(std::ranges::any_of(open_run(run()).components(), &Component::kept));
+    changed.filter.minimum_strength = 1e9;
+    const TrainingResult result = train(changed, true);
+    EXPECT_EQ(result.state.epoch, 3);
+    TrainedRun opened = open_run(run());
+    EXPECT_EQ(opened.config.filter.minimum_strength, 1e9);
+    EXPECT_TRUE(std::ranges::none_of(opened.components(), &Component::kept));
+    EXPECT_EQ(read_config(config_path(run()), {}).filter.minimum_strength, 1e9);
+    EXPECT_EQ(arrays(), before);
+}
+
+// In two pieces, the second with more epochs, or at once: the same numbers.
+TEST_F(TrainingRun, ResumedEndsWhereTheWholeWayEnds) {
+    Config longer = config();
+    longer.train.epochs = 6;
+    train(longer);
+    const std::vector<float> whole = arrays();
+    std::filesystem::remove_all(run());
+    train(config());
+    train(longer, true);
+    EXPECT_EQ(arrays(), whole);
+}
+
+TEST_F(TrainingRun, StopsWhenAskedWithEverythingSaved) {
+    TrainingOptions options;
+    int epochs = 0;
+    options.on_epoch = [&](const EpochReport& report, const std::vector<std::string>& terms) {
+        EXPECT_EQ(report.terms.size(), terms.size());
+        ++epochs;
+    };
+    options.should_stop = [&] { return epochs == 2; };
+    const TrainingResult result = train_run(config(), run(), options);
+    EXPECT_TRUE(result.is_stopped);
+    EXPECT_EQ(result.state.epoch, 2);
+    EXPECT_EQ(open_run(run()).file.state().epoch, 2);
+}
+
+TEST_F(TrainingRun, RefusesToGoOnWithAnotherTraining) {
+    train(config());
+    Config other = config();
+    other.train.learning_rate *= 2;
+    EXPECT_THROW(train(other, true), UsageError);
+    Config nothing = config();
+    nothing.data.split.step = 100;
+    nothing.data.split.train = SplitKind::file;
+    nothing.data.split.path = folder_ / "none.txt";
+    write_file(nothing.data.split.path, "");
+    EXPECT_THROW(train(nothing), UsageError);
+}
+
+// Which configuration decides, in one place: for --resume and for sweeps.
+TEST_F(TrainingRun, ProgressSaysWhatIsLeftToDo) {
+    const Config first = config();
+    EXPECT_EQ(training_progress(run(), demand(first)), TrainingProgress::none);
+    train(first);
+    EXPECT_EQ(training_progress(run(), demand(first)), TrainingProgress::finished);
+    Config longer = first, shorter = first, filtered = first, faster = first, flatter = first;
+    longer.train.epochs = 5;
+    shorter.train.epochs = 2;
+    filtered.filter.relative_threshold = 0.5;
+    faster.train.learning_rate *= 2;
+    flatter.train.plateau_epochs = 7;
+    EXPECT_EQ(training_progress(run(), demand(longer)), TrainingProgress::begun);
+    EXPECT_EQ(training_progress(run(), demand(shorter)), TrainingProgress::none);
+    EXPECT_EQ(training_progress(run(), demand(filtered)), TrainingProgress::begun);
+    EXPECT_EQ(training_progress(run(), demand(faster)), TrainingProgress::none);
+    EXPECT_EQ(training_progress(run(), demand(flatter)), TrainingProgress::none);
+    TrainingDemand others = demand(first);
+    others.train_shapes = {0, 1};
+    EXPECT_EQ(training_progress(run(), others), TrainingProgress::none);
+}
+
+TEST_F(TrainingRun, ConfigChangeNamesWhatDiffers) {
+    const Config first = config();
+    Config filtered = first, flatter = first, other = first;
+    filtered.filter.absolute_threshold = 1;
+    flatter.train.plateau_gain = 0.5;
+    other.own<nn::StackedSettings>().loss.sparsity = 1;
+    EXPECT_FALSE(config_change(first, first).filter);
+    EXPECT_TRUE(config_change(first, filtered).filter);
+    EXPECT_TRUE(config_change(first, filtered).same_result());
+    EXPECT_TRUE(config_change(first, flatter).may_go_on());
+    EXPECT_FALSE(config_change(first, flatter).same_result());
+    EXPECT_FALSE(config_change(first, other).may_go_on());
+}
+
+// The same calls for every kind, whatever its codes decode to: training shapes come back nearly,
+// codes fitted to the vertices are never farther, and both decode where the codes say.
+class EveryKindOfRun : public TrainingRun, public testing::WithParamInterface<std::string> {};
+
+TEST_P(EveryKindOfRun, EncodesDecodesAndFits) {
+    train(config(GetParam()));
+    TrainedRun opened = open_run(run(), 4);
+    const FeatureFile file(features_);
+    ShapeDecoder decoder(opened, file, [] {});
+    const std::vector<int> shapes{1, 3, 5};
+    const std::vector<DecodedShape> encoded = decoder.encode(shapes);
+    const std::vector<DecodedShape> fitted = decoder.fit(shapes, encoded);
+    for (std::size_t m = 0; m < shapes.size(); ++m) {
+        RmsError error(opened.reference().vertices);
+        const std::vector<Point> truth = decoder.truth(shapes[m]);
+        const double features = error.add(truth, encoded[m].vertices);
+        const double vertices = error.add(truth, fitted[m].vertices);
+        EXPECT_TRUE(std::isfinite(features));
+        EXPECT_LE(vertices, features * (1 + 1e-9)) << "shape " << shapes[m];
+        const auto again = decoder.decode(std::span(shapes).subspan(m, 1), {encoded[m].codes});
+        EXPECT_EQ(again.front().rows, encoded[m].rows);
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Kinds, EveryKindOfRun, testing::ValuesIn(kind_names()),
+                         [](const auto& info) {
+                             std::string name = info.param;
+                             std::erase(name, '-');
+                             return name;
+                         });
+
+}  // namespace
+}  // namespace mscomp
