@@ -6,7 +6,7 @@
 
 #include "component_json.h"
 #include "mscomp/base/index.h"
-#include "mscomp/eval/component_alike.h"
+#include "mscomp/eval/component_statistics.h"
 
 namespace mscomp {
 namespace {
