@@ -12,13 +12,10 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "values.h"
 
 namespace mscomp {
 namespace {
-
-Eigen::Map<const Eigen::Vector3d> vec(const Point& point) {
-    return Eigen::Map<const Eigen::Vector3d>(point.data());
-}
 
 /// 1 / largest distance from the centroid; 1 for a reference without size.
 double unit_ball_scale(const std::vector<Point>& points) {
@@ -28,10 +25,6 @@ double unit_ball_scale(const std::vector<Point>& points) {
     double farthest = 0;
     for (const Point& point : points) farthest = std::max(farthest, (vec(point) - center).norm());
     return farthest > 0 ? 1 / farthest : 1;
-}
-
-bool all_finite(std::span<const float> values) {
-    return std::ranges::all_of(values, [](float x) { return std::isfinite(x); });
 }
 
 /// Inverse squares of the deviations, none of which counts as less than their root mean square:

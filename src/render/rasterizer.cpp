@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dot.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
@@ -21,8 +22,6 @@ constexpr int kNothing = -1;
 
 using Color = std::array<float, 3>;
 constexpr Color kBackground{1, 1, 1};
-
-double dot(const Point& p, const Point& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; }
 
 Point normalized(const Point& p) {
     const double length = std::sqrt(dot(p, p));
