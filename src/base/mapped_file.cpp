@@ -7,19 +7,14 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
+#include "failed_call.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
-
-[[noreturn]] void fail(const std::string& path, const char* doing, int error_number) {
-    throw IoError(path, std::string("cannot ") + doing + ": " +
-                            std::generic_category().message(error_number));
-}
 
 struct Descriptor {
     int number;

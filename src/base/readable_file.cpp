@@ -7,9 +7,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
+#include "failed_call.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
@@ -19,11 +19,6 @@ namespace {
 
 // A signal may reach another thread than the one that waits here, so it looks itself.
 constexpr int kPatienceMilliseconds = 100;
-
-[[noreturn]] void fail(const std::string& path, const char* doing, int error_number) {
-    throw IoError(path, std::string("cannot ") + doing + ": " +
-                            std::generic_category().message(error_number));
-}
 
 }  // namespace
 

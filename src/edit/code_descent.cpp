@@ -9,6 +9,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "reduced_normal_equations.h"
+#include "values.h"
 
 namespace mscomp {
 namespace {
@@ -17,14 +18,6 @@ using Eigen::VectorXd;
 
 constexpr double kFirstDamping = 1e-3;  // of the diagonal of the normal matrix
 constexpr double kMostDamping = 1e8;
-
-Eigen::Map<const Eigen::Vector3d> vec(const Point& point) {
-    return Eigen::Map<const Eigen::Vector3d>(point.data());
-}
-
-bool all_finite(std::span<const float> values) {
-    return std::ranges::all_of(values, [](float x) { return std::isfinite(x); });
-}
 
 /// The entries `which` of `all`.
 template <class T>

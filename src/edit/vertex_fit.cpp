@@ -13,22 +13,15 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/points.h"
+#include "values.h"
 
 namespace mscomp {
 namespace {
-
-Eigen::Map<const Eigen::Vector3d> vec(const Point& point) {
-    return Eigen::Map<const Eigen::Vector3d>(point.data());
-}
 
 /// Makes the reference fit the unit ball; 1 for a reference without size.
 double scale_of(const std::vector<Point>& reference) {
     const double scale = unit_ball_scale(reference);
     return scale > 0 ? scale : 1;
-}
-
-bool all_finite(std::span<const float> values) {
-    return std::ranges::all_of(values, [](float x) { return std::isfinite(x); });
 }
 
 /// Inverse squares of the deviations, none of which counts as less than their root mean square:

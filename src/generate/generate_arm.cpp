@@ -2,8 +2,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "angles.h"
 #include "generate_motion.h"
 #include "limb.h"
 #include "mscomp/base/index.h"
@@ -15,10 +15,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kPi = std::numbers::pi;
-
-double radians(double degrees) { return degrees * kPi / 180; }
 
 // ---------------------------------------------------------------------------------------------
 // What moves.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "angles.h"
 #include "generate_motion.h"
 #include "limb.h"
 #include "mscomp/base/index.h"
@@ -17,10 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kHalfWidth = 7, kHalfHeight = 4.5;
-
-double radians(double degrees) { return degrees * kPi / 180; }
 
 /// 1 at 0, smoothly to 0 at 1 and beyond.
 double window(double x) { return std::abs(x) < 1 ? std::pow(std::cos(kPi / 2 * x), 2) : 0; }
@@ -229,7 +226,7 @@ std::vector<Point> pose(const TriangleMesh& sheet, const float* weights) {
     return points;
 }
 
-std::vector<Mover> movers() {
+std::vector<Mover> cloth_movers() {
     std::vector<Mover> all;
     for (const Fold& fold : folds()) all.push_back({fold.name, 0, -1});
     for (const Corner& corner : corners()) all.push_back({corner.name, 0, 0});
@@ -237,7 +234,7 @@ std::vector<Mover> movers() {
     return all;
 }
 
-/// (V) how much each component reaches (u, v), in the order of movers().
+/// (V) how much each component reaches (u, v), in the order of cloth_movers().
 std::vector<double> supports_at(double u, double v) {
     std::vector<double> all;
     for (const Fold& fold : folds()) all.push_back(fold.support(u));
@@ -251,7 +248,7 @@ std::vector<double> supports_at(double u, double v) {
 GeneratedSequence generate_cloth(int frames, std::uint64_t seed, int vertices) {
     require_size("cloth", frames, vertices);
     const TriangleMesh sheet = sheet_with_vertices(vertices);
-    GeneratedSequence result = still_sequence(movers(), frames, seed);
+    GeneratedSequence result = still_sequence(cloth_movers(), frames, seed);
     const std::size_t count = result.component_names.size();
     result.sequence.faces = sheet.faces;
     result.supports.resize(count * sheet.vertices.size());

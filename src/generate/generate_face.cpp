@@ -2,8 +2,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "angles.h"
 #include "generate_motion.h"
 #include "head.h"
 #include "limb.h"
@@ -15,8 +15,6 @@ namespace mscomp {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kPi = std::numbers::pi;
 
 // ---------------------------------------------------------------------------------------------
 // What moves.
@@ -123,7 +121,7 @@ std::vector<Point> pose(const Head& head, const std::vector<std::vector<double>>
     return points;
 }
 
-std::vector<Mover> movers() {
+std::vector<Mover> face_movers() {
     std::vector<Mover> all;
     for (const JawTurn& turn : jaw_turns()) all.push_back({turn.name, 0, turn.lowest_weight});
     for (const Expression& one : expressions()) {
@@ -138,7 +136,7 @@ GeneratedSequence generate_face(int frames, std::uint64_t seed, int vertices) {
     require_size("face", frames, vertices);
     const Head head = head_with_vertices(vertices);
     const std::vector<std::vector<double>> supports = supports_of(head);
-    GeneratedSequence result = still_sequence(movers(), frames, seed);
+    GeneratedSequence result = still_sequence(face_movers(), frames, seed);
     result.sequence.faces = head.mesh.faces;
     for (const std::vector<double>& row : supports) {
         for (const double value : row) result.supports.push_back(static_cast<float>(value));

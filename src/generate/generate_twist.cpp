@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "angles.h"
 #include "generate_motion.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/feature_set.h"
@@ -20,7 +20,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kLength = 10;
 constexpr int kAround = 8;
 
@@ -54,7 +53,8 @@ struct Bar {
 void add_faces(Bar& bar) {
     const auto vertex = [](int ring, int k) { return ring * kAround + k % kAround; };
     const int bottom = bar.rings * kAround;
-    for (int k = 0; k < kAround; ++k) bar.mesh.faces.push_back({bottom, vertex(0, k + 1), vertex(0, k)});
+    for (int k = 0; k < kAround; ++k)
+        bar.mesh.faces.push_back({bottom, vertex(0, k + 1), vertex(0, k)});
     for (int ring = 0; ring + 1 < bar.rings; ++ring) {
         const int shift = ring % 2;  // the ring above starts half a step later, or earlier
         for (int k = 0; k < kAround; ++k) {

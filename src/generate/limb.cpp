@@ -4,16 +4,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "angles.h"
 #include "mscomp/base/index.h"
 
 namespace mscomp {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kPi = std::numbers::pi;
 
 /// Half axes of the cross-section at height s.
 Eigen::Vector2d section(double s) {

@@ -26,7 +26,7 @@ constexpr double kSourceHeat = 1e200;
 /// 1,170 to the end of the normal numbers.
 constexpr double kMostFading = 1000;
 
-constexpr std::size_t kRowsAtOnce = 8;
+constexpr std::size_t kRowsPerSolve = 8;
 
 /// (C) t by component: `time`, or what lets heat reach its farthest vertex.
 std::vector<double> times(const IntrinsicTriangles& surface, std::span<const IntrinsicEdge> edges,
@@ -163,7 +163,7 @@ std::vector<std::vector<double>> HeatGeodesics::distance_rows(
     }
     std::vector<std::vector<double>> rows(source_sets.size());
     const Chunks chunks{static_cast<std::int64_t>(source_sets.size()),
-                        static_cast<std::int64_t>(kRowsAtOnce)};
+                        static_cast<std::int64_t>(kRowsPerSolve)};
     parallel_for(chunks.count(), [&](std::int64_t chunk) {
         const auto begin = at(chunks.begin(chunk));
         const auto count = at(chunks.end(chunk)) - begin;

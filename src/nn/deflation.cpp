@@ -6,11 +6,11 @@
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
+#include "nn/dim.h"
 
 namespace mscomp::nn {
 namespace {
 
-constexpr std::int64_t kDim = kFeatureDim;
 constexpr std::size_t kMostShapes = 256;
 
 /// Where a component can start: vertices and what lies within their reach.

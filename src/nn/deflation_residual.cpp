@@ -10,11 +10,11 @@
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "nn/dim.h"
 
 namespace mscomp::nn {
 namespace {
 
-constexpr std::int64_t kDim = kFeatureDim;
 constexpr int kPowerIterations = 12;
 constexpr double kSilent = 1e-5;
 

@@ -6,11 +6,11 @@
 
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "nn/dim.h"
 
 namespace mscomp::nn {
 namespace {
 
-constexpr std::int64_t kDim = kFeatureDim;
 constexpr int kLanes = 16;              // shapes read side by side
 constexpr std::int64_t kVertices = 32;  // of a tile, which stays in the first cache
 constexpr std::int64_t kColumns = kVertices * kDim;

@@ -7,14 +7,9 @@
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "nn/dim.h"
 
 namespace mscomp::nn {
-namespace {
-
-constexpr std::int64_t kDim = kFeatureDim;
-
-}  // namespace
-
 template <class T>
 Model<T>::Model(const OneRings& rings, DistanceRows& distances, int batch)
     : order_(reverse_cuthill_mckee(rings)), inner_distances_(distances, order_), batch_(batch) {

@@ -69,7 +69,7 @@ void ParameterSet<T>::set_rate_scale(int index, double scale) {
 
 template <class T>
 void ParameterSet<T>::cut_live() {
-    constexpr std::int64_t kPiece = std::int64_t{1} << 15;
+    constexpr std::int64_t kPieceValues = std::int64_t{1} << 15;
     live_.clear();
     first_of_piece_.assign(1, 0);
     entry_of_piece_.clear();
@@ -84,11 +84,12 @@ void ParameterSet<T>::cut_live() {
             range.first += entries_[i].offset;
             range.last += entries_[i].offset;
             while (range.first < range.last) {
-                const std::int64_t stop = std::min(range.last, range.first + kPiece - in_piece);
+                const std::int64_t stop =
+                    std::min(range.last, range.first + kPieceValues - in_piece);
                 live_.push_back({range.first, stop});
                 in_piece += stop - range.first;
                 range.first = stop;
-                if (in_piece == kPiece) end_piece(i);
+                if (in_piece == kPieceValues) end_piece(i);
             }
         }
         if (in_piece > 0) end_piece(i);

@@ -8,12 +8,11 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
+#include "nn/dim.h"
 #include "nn/spectral_vae.h"
 
 namespace mscomp::nn {
 namespace {
-
-constexpr std::int64_t kDim = kFeatureDim;
 
 /// Only the first filter, T_0 = X: f = tanh(X), as far as there are channels.
 template <class T>

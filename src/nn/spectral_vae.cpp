@@ -10,13 +10,13 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
+#include "nn/dim.h"
 #include "nn/optimizer.h"
 #include "sum_decoder.h"
 
 namespace mscomp::nn {
 namespace {
 
-constexpr std::int64_t kDim = kFeatureDim;
 /// Streams of random numbers for the noise of the steps, away from those of start and batches.
 constexpr std::uint64_t kNoiseStreams = std::uint64_t{1} << 62;
 

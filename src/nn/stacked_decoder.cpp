@@ -4,13 +4,12 @@
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
+#include "nn/dim.h"
 #include "nn/stacked_model.h"
 #include "sum_decoder.h"
 
 namespace mscomp::nn {
 namespace {
-
-constexpr std::int64_t kDim = kFeatureDim;
 
 /// The linear part of a decoder's convolution for one autoencoder, on its own.
 template <class T>

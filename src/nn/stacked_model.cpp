@@ -9,14 +9,13 @@
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
+#include "nn/dim.h"
 #include "nn/optimizer.h"
 #include "nn/start.h"
 #include "ops/autoencoder.h"
 
 namespace mscomp::nn {
 namespace {
-
-constexpr std::int64_t kDim = kFeatureDim;
 
 /// Whether supports are decided anew in a step: often at first, when the most changes.
 bool adapts_supports(std::int64_t step) {

@@ -6,16 +6,11 @@
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "nn/dim.h"
 #include "nn/stacked_model.h"
 #include "ops/autoencoder.h"
 
 namespace mscomp::nn {
-namespace {
-
-constexpr std::int64_t kDim = kFeatureDim;
-
-}  // namespace
-
 template <class T>
 std::vector<T> StackedModel<T>::codes(int level) {
     return this->batch_codes(tape_.value(levels_[at(level)].code));

@@ -11,11 +11,10 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
+#include "nn/dim.h"
 
 namespace mscomp::nn {
 namespace {
-
-constexpr std::int64_t kDim = kFeatureDim;
 
 template <class T>
 void set_identity(std::span<T> matrices) {

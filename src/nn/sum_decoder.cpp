@@ -6,11 +6,10 @@
 #include <utility>
 
 #include "mscomp/base/index.h"
+#include "nn/dim.h"
 
 namespace mscomp::nn {
 namespace {
-
-constexpr std::int64_t kDim = kFeatureDim;
 
 DecoderColumn sparse(std::span<const float> rows) {
     DecoderColumn column;

@@ -12,8 +12,8 @@ namespace mscomp {
 namespace {
 
 // Pixels.
-constexpr int kMargin = 28;
-constexpr int kGap = 14;
+constexpr int kSheetMargin = 28;
+constexpr int kSheetGap = 14;
 constexpr int kTitleHeight = 44;
 constexpr int kHeadingHeight = 44;
 constexpr int kLabelHeight = 30;
@@ -67,7 +67,7 @@ void paste(Image& sheet, const Image& picture, int left, int top) {
 }
 
 void draw_rule(Image& sheet, int row) {
-    for (int column = kMargin; column < sheet.width - kMargin; ++column) {
+    for (int column = kSheetMargin; column < sheet.width - kSheetMargin; ++column) {
         const auto place = at(row * sheet.width + column) * 3;
         for (std::size_t c = 0; c < 3; ++c)
             sheet.rgb[place + c] = static_cast<std::uint8_t>(255 * kRule);
@@ -92,33 +92,33 @@ Image contact_sheet(const std::vector<SheetTile>& tiles, const std::vector<std::
     columns = std::min(columns, static_cast<int>(widest));
 
     const Image& first = tiles.front().image;
-    const int column_width = first.width + kGap;
+    const int column_width = first.width + kSheetGap;
     const int row_height = first.height + kLabelHeight;
     Image sheet;
-    sheet.width = 2 * kMargin + columns * column_width - kGap;
-    sheet.height = 2 * kMargin + (title.empty() ? 0 : kTitleHeight);
+    sheet.width = 2 * kSheetMargin + columns * column_width - kSheetGap;
+    sheet.height = 2 * kSheetMargin + (title.empty() ? 0 : kTitleHeight);
     for (const auto& group : groups) {
         if (group.empty()) continue;
         sheet.height += kHeadingHeight + rows_for(group.size(), columns) * row_height;
     }
     sheet.rgb.assign(at(sheet.width) * at(sheet.height) * 3, 255);
 
-    const double text_space = sheet.width - 2 * kMargin;
-    int top = kMargin;
+    const double text_space = sheet.width - 2 * kSheetMargin;
+    int top = kSheetMargin;
     if (!title.empty()) {
-        draw_text(sheet, kMargin, top + kTitleCaps, text_cut_to(title, kTitleCaps, text_space),
+        draw_text(sheet, kSheetMargin, top + kTitleCaps, text_cut_to(title, kTitleCaps, text_space),
                   kTitleCaps, kBlack);
         top += kTitleHeight;
     }
     for (std::size_t g = 0; g < groups.size(); ++g) {
         if (groups[g].empty()) continue;
-        draw_text(sheet, kMargin, top + 16, text_cut_to(headings[g], kHeadingCaps, text_space),
+        draw_text(sheet, kSheetMargin, top + 16, text_cut_to(headings[g], kHeadingCaps, text_space),
                   kHeadingCaps, kBlack);
         draw_rule(sheet, top + 26);
         top += kHeadingHeight;
         for (std::size_t k = 0; k < groups[g].size(); ++k) {
             const int row = static_cast<int>(k) / columns, column = static_cast<int>(k) % columns;
-            const int x = kMargin + column * column_width, y = top + row * row_height;
+            const int x = kSheetMargin + column * column_width, y = top + row * row_height;
             paste(sheet, groups[g][k]->image, x, y);
             draw_label(sheet, *groups[g][k], x, y);
         }

@@ -23,7 +23,7 @@ Point combine(double a, const Point& p, double b, const Point& q) {
     return {a * p[0] + b * q[0], a * p[1] + b * q[1], a * p[2] + b * q[2]};
 }
 
-struct Range {
+struct Interval {
     double low = std::numeric_limits<double>::infinity();
     double high = -std::numeric_limits<double>::infinity();
 
@@ -35,16 +35,16 @@ struct Range {
     double middle() const { return low + 0.5 * (high - low); }
 };
 
-std::array<Range, 3> ranges_along(std::span<const Point> vertices,
-                                  const std::array<Point, 3>& axes) {
-    std::array<Range, 3> ranges;
+std::array<Interval, 3> ranges_along(std::span<const Point> vertices,
+                                     const std::array<Point, 3>& axes) {
+    std::array<Interval, 3> ranges;
     for (const Point& p : vertices) {
         for (std::size_t k = 0; k < 3; ++k) ranges[k].include(dot(p, axes[k]));
     }
     return ranges;
 }
 
-std::array<Point, 3> axes_for(const std::array<Range, 3>& box) {
+std::array<Point, 3> axes_for(const std::array<Interval, 3>& box) {
     std::size_t up = 1;
     for (const std::size_t other : {std::size_t{0}, std::size_t{2}}) {
         const bool upright = box[other].extent() > kUpright * box[1].extent();
@@ -84,7 +84,7 @@ View fit_view(std::span<const Point> vertices, double picture_aspect) {
 
 View framed(View view, std::span<const Point> vertices, double picture_aspect) {
     require_finite(vertices);
-    const std::array<Range, 3> seen = ranges_along(vertices, view.axes);
+    const std::array<Interval, 3> seen = ranges_along(vertices, view.axes);
     view.center = {0, 0, 0};
     for (std::size_t k = 0; k < 3; ++k) {
         view.center = combine(1, view.center, seen[k].middle(), view.axes[k]);

@@ -14,6 +14,11 @@ namespace mscomp {
 using Point = std::array<double, 3>;
 using Face = std::array<int, 3>;
 
+/// Whether a vertex occurs twice.
+inline bool is_degenerate(const Face& face) {
+    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+}
+
 /// Points of V x 3 coordinates.
 std::vector<Point> points_of(std::span<const float> coordinates);
 

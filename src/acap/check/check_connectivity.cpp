@@ -13,10 +13,6 @@
 namespace mscomp {
 namespace {
 
-bool is_degenerate(const Face& face) {
-    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
 /// Sets of vertices that grow together.
 class Groups {
   public:

@@ -34,10 +34,6 @@ class QuietOpenMesh {
     bool was_enabled_;
 };
 
-bool is_degenerate(const Face& face) {
-    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
 void check_range(int vertex_count, const std::vector<Face>& faces) {
     for (std::size_t i = 0; i < faces.size(); ++i) {
         for (const int corner : faces[i]) {

@@ -37,10 +37,6 @@ struct Side {
     }
 };
 
-bool is_degenerate(const Face& face) {
-    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
 std::string counted(int count, std::string_view one, std::string_view many) {
     return fmt::format("{} {}", count, count == 1 ? one : many);
 }

@@ -9,13 +9,12 @@
 #include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/error.h"
+#include "number_text.h"
 
 namespace mscomp {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_digit(char c) { return '0' <= c && c <= '9'; }
 
 /// The digits at `at` without leading zeros; `at` moves behind them.
 std::string_view take_number(std::string_view text, std::size_t& at) {

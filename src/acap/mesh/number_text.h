@@ -13,6 +13,10 @@
 
 namespace mscomp {
 
+/// What a coordinate is called in messages.
+inline constexpr std::array<std::string_view, 3> kCoordinates{
+    "vertex coordinate x", "vertex coordinate y", "vertex coordinate z"};
+
 inline bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
 
 /// What a number at the start of a text was found to be.

@@ -17,8 +17,6 @@
 namespace mscomp {
 namespace {
 
-constexpr std::array<std::string_view, 3> kCoordinates{"vertex coordinate x", "vertex coordinate y",
-                                                       "vertex coordinate z"};
 constexpr std::string_view kKind = "an OFF mesh";
 
 /// One vertex or face per line; blank lines and comments may stand between.

@@ -18,8 +18,6 @@ namespace mscomp {
 namespace {
 
 constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
-constexpr std::array<std::string_view, 3> kCoordinates{"vertex coordinate x", "vertex coordinate y",
-                                                       "vertex coordinate z"};
 
 bool is_corner_list(const PlyProperty& property) {
     return property.count_type.has_value() &&

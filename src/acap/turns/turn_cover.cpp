@@ -10,7 +10,7 @@ namespace mscomp {
 namespace {
 
 // One turn changes an edge by up to (2π)² = 39: less is rounding.
-constexpr double kGain = 1e-9;
+constexpr double kLeastGain = 1e-9;
 constexpr double kRounding = 1e-12;
 constexpr double kTurnSquared = kTurn * kTurn;
 
@@ -257,7 +257,7 @@ bool TurnCover::move_best_set(int direction) {
         }
     }
     const double gain = sources_.empty() ? 0 : maximum_flow();
-    if (gain <= kGain) {
+    if (gain <= kLeastGain) {
         forget_flow();
         return false;
     }
