@@ -16,8 +16,8 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME mscomp)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION
     "The programs acapfeat and mscomp
- They turn meshes of one connectivity into ACAP features, learn localised
- deformation components of them at several scales, measure and mix them.")
+They turn meshes of one connectivity into ACAP features, learn localised
+deformation components of them at several scales, measure and mix them.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmscomp-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
@@ -29,7 +29,7 @@ endif()
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "cmake, pkgconf")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
     "Static libraries and headers of mscomp
- For programs of one's own: reading and checking meshes, ACAP features and
- back, training, components; found by CMake and by pkg-config.")
+For programs of one's own: reading and checking meshes, ACAP features and
+back, training, components; found by CMake and by pkg-config.")
 
 include(CPack)
