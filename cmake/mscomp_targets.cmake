@@ -36,19 +36,34 @@ function(mscomp_join target)
 endfunction()
 
 # mscomp_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...]): the module NAME, target mscomp_NAME,
-# mscomp::NAME for others. PUBLIC libraries are in its headers, PRIVATE ones are not.
+# mscomp::NAME for others, and a component of the installed package (cmake/install.cmake). PUBLIC
+# libraries are in its headers, PRIVATE ones are not.
 function(mscomp_library name)
     cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+    # Templates that only our sources include are nothing to look for where we are installed.
+    list(TRANSFORM ARG_PRIVATE REPLACE "^(Eigen3::Eigen|nlohmann_json::nlohmann_json)$"
+                                       "$<BUILD_INTERFACE:\\1>")
+    set_property(GLOBAL APPEND PROPERTY MSCOMP_LIBRARIES ${name})
     add_library(mscomp_${name} STATIC ${ARG_SOURCES})
     add_library(mscomp::${name} ALIAS mscomp_${name})
     set_target_properties(mscomp_${name} PROPERTIES EXPORT_NAME ${name}
                                                     POSITION_INDEPENDENT_CODE ON)
     target_include_directories(mscomp_${name}
                                PUBLIC "$<BUILD_INTERFACE:${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../include>"
-                                      "$<INSTALL_INTERFACE:include>")
+                                      "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
+    target_compile_features(mscomp_${name} PUBLIC cxx_std_20)
     target_link_libraries(mscomp_${name} PUBLIC ${ARG_PUBLIC}
                                          PRIVATE $<BUILD_INTERFACE:mscomp_options> ${ARG_PRIVATE})
     mscomp_join(mscomp_${name})
+endfunction()
+
+# mscomp_link_found(TARGET LIBRARY NAMES...): a library without a package of its own, by the path
+# at which it was found here, and by name for who uses an installed TARGET: "-lcholmod".
+function(mscomp_link_found target library)
+    foreach(path IN LISTS library)
+        target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${path}>)
+    endforeach()
+    target_link_libraries(${target} PRIVATE $<INSTALL_INTERFACE:${ARGN}>)
 endfunction()
 
 # mscomp_program(NAME SOURCES ... LIBRARIES ...): an executable of ours.

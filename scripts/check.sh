@@ -9,7 +9,8 @@ scripts/setup.sh --dev
 if (($# > 0)); then
     files=("$@")
 else
-    mapfile -t files < <(git ls-files 'include/*.h' 'src/*.h' 'src/*.cpp' 'tests/*.h' 'tests/*.cpp')
+    mapfile -t files < <(git ls-files 'include/*.h' 'src/*.h' 'src/*.cpp' 'tests/*.h' 'tests/*.cpp' \
+                                     'docs/*.cpp')
 fi
 echo "check: format of ${#files[@]} files" >&2
 clang-format --dry-run --Werror "${files[@]}"

@@ -17,6 +17,7 @@
 #include <system_error>
 #include <vector>
 
+#include "command_pages.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/cli/signals.h"
@@ -95,6 +96,7 @@ void wait_asleep(char** argv) {
 void setup_program(CLI::App& app) {
     app.set_version_flag("--version", app.get_name() + " " + MSCOMP_VERSION);
     app.require_subcommand(1);
+    add_command_pages(app);
 }
 
 int run_program(CLI::App& app, int argc, const char* const* argv) {
