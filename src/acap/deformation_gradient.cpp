@@ -30,9 +30,9 @@ bool keeps_orientation(const Eigen::Matrix3d& edge_moment, const Eigen::Vector3d
 
 DeformationGradients::DeformationGradients(const TriangleMesh& reference, EdgeWeights weights)
     : reference_(reference),
-      rings_(one_rings_of_faces(reference.vertex_count(), reference.faces)),
-      normals_(ring_normals(reference.vertices, reference.faces, rings_)) {
-    EdgeWeightTable table = edge_weights(reference, rings_, weights);
+      mesh_(reference),
+      normals_(ring_normals(reference.vertices, reference.faces, mesh_.faces_around(), rings())) {
+    EdgeWeightTable table = edge_weights(reference, rings(), weights);
     weights_ = std::move(table.weights);
     zero_area_faces_ = table.zero_area_faces;
     if (zero_area_faces_.count == reference.face_count()) {
@@ -47,15 +47,15 @@ void DeformationGradients::invert_moments() {
     inverse_moments_.assign(count, Eigen::Matrix3d::Zero());
     usable_.assign(count, 0);
     for (std::size_t i = 0; i < count; ++i) {
-        if (rings_.degree(static_cast<int>(i)) == 0) {
+        if (rings().degree(static_cast<int>(i)) == 0) {
             isolated_.add(static_cast<int>(i));
             continue;
         }
         const Eigen::Vector3d pseudo_edge = normals_.height[i] * normals_.normal[i];
         Eigen::Matrix3d moment = pseudo_edge * pseudo_edge.transpose();
-        for (int place = rings_.offsets[i]; place < rings_.offsets[i + 1]; ++place) {
+        for (int place = rings().offsets[i]; place < rings().offsets[i + 1]; ++place) {
             const auto k = at(place);
-            const Eigen::Vector3d edge = as_vector(reference_.vertices[at(rings_.neighbors[k])]) -
+            const Eigen::Vector3d edge = as_vector(reference_.vertices[at(rings().neighbors[k])]) -
                                          as_vector(reference_.vertices[i]);
             moment += weights_[k] * edge * edge.transpose();
         }
@@ -74,9 +74,9 @@ void DeformationGradients::invert_moments() {
 Eigen::Matrix3d DeformationGradients::edge_moment(std::size_t vertex,
                                                   const std::vector<Point>& shape) const {
     Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-    for (int place = rings_.offsets[vertex]; place < rings_.offsets[vertex + 1]; ++place) {
+    for (int place = rings().offsets[vertex]; place < rings().offsets[vertex + 1]; ++place) {
         const auto k = at(place);
-        const auto j = at(rings_.neighbors[k]);
+        const auto j = at(rings().neighbors[k]);
         const Eigen::Vector3d before =
             as_vector(reference_.vertices[j]) - as_vector(reference_.vertices[vertex]);
         const Eigen::Vector3d after = as_vector(shape[j]) - as_vector(shape[vertex]);
@@ -86,13 +86,13 @@ Eigen::Matrix3d DeformationGradients::edge_moment(std::size_t vertex,
 }
 
 void DeformationGradients::prepare_duals() {
-    edge_duals_.assign(rings_.neighbors.size(), Eigen::Vector3d::Zero());
+    edge_duals_.assign(rings().neighbors.size(), Eigen::Vector3d::Zero());
     normal_duals_.assign(inverse_moments_.size(), Eigen::Vector3d::Zero());
     for (std::size_t i = 0; i < inverse_moments_.size(); ++i) {
         normal_duals_[i] = inverse_moments_[i] * (normals_.height[i] * normals_.normal[i]);
-        for (int place = rings_.offsets[i]; place < rings_.offsets[i + 1]; ++place) {
+        for (int place = rings().offsets[i]; place < rings().offsets[i + 1]; ++place) {
             const auto k = at(place);
-            const Eigen::Vector3d edge = as_vector(reference_.vertices[at(rings_.neighbors[k])]) -
+            const Eigen::Vector3d edge = as_vector(reference_.vertices[at(rings().neighbors[k])]) -
                                          as_vector(reference_.vertices[i]);
             edge_duals_[k] = inverse_moments_[i] * (weights_[k] * edge);
         }
@@ -110,13 +110,13 @@ void DeformationGradients::choose_signs(const std::vector<Point>& shape,
 }
 
 RingNormals DeformationGradients::pseudo_edges(const std::vector<Point>& shape) const {
-    RingNormals normals = ring_normals(shape, reference_.faces, rings_);
+    RingNormals normals = ring_normals(shape, reference_.faces, mesh_.faces_around(), rings());
     choose_signs(shape, normals);
     return normals;
 }
 
 RingNormals DeformationGradients::directions(const std::vector<Point>& shape) const {
-    RingNormals normals = ring_directions(shape, reference_.faces, rings_);
+    RingNormals normals = ring_directions(shape, reference_.faces, mesh_.faces_around(), rings());
     choose_signs(shape, normals);
     return normals;
 }
@@ -128,16 +128,16 @@ Eigen::Matrix3d DeformationGradients::ring_gradient(std::size_t vertex,
     // Columns apart: the compiler then keeps them in registers.
     Eigen::Vector3d first = Eigen::Vector3d::Zero(), second = first, third = first;
     double length = 0;
-    for (int place = rings_.offsets[vertex]; place < rings_.offsets[vertex + 1]; ++place) {
+    for (int place = rings().offsets[vertex]; place < rings().offsets[vertex + 1]; ++place) {
         const auto k = at(place);
-        const Eigen::Vector3d edge = as_vector(shape[at(rings_.neighbors[k])]) - center;
+        const Eigen::Vector3d edge = as_vector(shape[at(rings().neighbors[k])]) - center;
         const Eigen::Vector3d& dual = edge_duals_[k];
         length += edge.norm();
         first += dual.x() * edge;
         second += dual.y() * edge;
         third += dual.z() * edge;
     }
-    const double height = kHeightFactor * length / rings_.degree(static_cast<int>(vertex));
+    const double height = kHeightFactor * length / rings().degree(static_cast<int>(vertex));
     const Eigen::Vector3d image = height * directions.normal[vertex];
     const Eigen::Vector3d& dual = normal_duals_[vertex];
     Eigen::Matrix3d gradient;
@@ -152,8 +152,8 @@ Eigen::Matrix3d DeformationGradients::mean_of_neighbors(std::size_t vertex,
                                                         const RingNormals& directions) const {
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     int count = 0;
-    for (int place = rings_.offsets[vertex]; place < rings_.offsets[vertex + 1]; ++place) {
-        const auto j = at(rings_.neighbors[at(place)]);
+    for (int place = rings().offsets[vertex]; place < rings().offsets[vertex + 1]; ++place) {
+        const auto j = at(rings().neighbors[at(place)]);
         if (usable_[j] == 0) continue;
         sum += ring_gradient(j, shape, directions);
         ++count;

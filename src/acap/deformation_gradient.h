@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mscomp/acap/edge_weights.h"
+#include "mscomp/acap/mesh/surface_mesh.h"
 #include "mscomp/base/index.h"
 #include "occurrences.h"
 #include "ring_normals.h"
@@ -52,7 +53,8 @@ class DeformationGradients {
     const std::vector<Eigen::Matrix3d>& inverse_moments() const { return inverse_moments_; }
     bool has_gradient(int vertex) const { return usable_[at(vertex)] != 0; }
 
-    const OneRings& rings() const { return rings_; }
+    const SurfaceMesh& mesh() const { return mesh_; }
+    const OneRings& rings() const { return mesh_.rings(); }
     const std::vector<double>& weights() const { return weights_; }  // beside rings().neighbors
     const Occurrences& zero_area_faces() const { return zero_area_faces_; }
     const Occurrences& folded_rings() const { return normals_.folded_rings; }
@@ -71,13 +73,13 @@ class DeformationGradients {
                                       const RingNormals& directions) const;
 
     TriangleMesh reference_;
-    OneRings rings_;
+    SurfaceMesh mesh_;
     std::vector<double> weights_;
     RingNormals normals_;
     std::vector<Eigen::Matrix3d> inverse_moments_;  // (V) M_i^-1
     std::vector<char> usable_;                      // (V) M_i can be inverted
     // What T_i is a sum of: T_i = Σ_j e'_ij (M_i^-1 c_ij e_ij)ᵀ + h'_i n'_i (M_i^-1 h_i n_i)ᵀ.
-    std::vector<Eigen::Vector3d> edge_duals_;    // M_i^-1 c_ij e_ij beside rings_.neighbors
+    std::vector<Eigen::Vector3d> edge_duals_;    // M_i^-1 c_ij e_ij beside rings().neighbors
     std::vector<Eigen::Vector3d> normal_duals_;  // (V) M_i^-1 h_i n_i
     Occurrences zero_area_faces_, isolated_, degenerate_;
 };

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mscomp/acap/mesh/surface_mesh.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 
@@ -84,8 +85,7 @@ EdgeWeightTable edge_weights(const TriangleMesh& reference, const OneRings& ring
 }
 
 std::vector<double> ring_weights(const TriangleMesh& reference, EdgeWeights weights) {
-    const OneRings rings = one_rings_of_faces(reference.vertex_count(), reference.faces);
-    return edge_weights(reference, rings, weights).weights;
+    return edge_weights(reference, SurfaceMesh(reference).rings(), weights).weights;
 }
 
 }  // namespace mscomp

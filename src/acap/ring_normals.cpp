@@ -34,33 +34,38 @@ double mean_edge_length(const std::vector<Point>& points, const OneRings& rings,
     return degree > 0 ? sum / degree : 0.0;
 }
 
+/// Unit normals of the faces, zero for those without area, which are counted.
+std::vector<Eigen::Vector3d> face_normals(const std::vector<Point>& points,
+                                          const std::vector<Face>& faces, RingNormals& result) {
+    std::vector<Eigen::Vector3d> normals;
+    normals.reserve(faces.size());
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        const auto normal = face_normal(points, faces[f]);
+        if (!normal) result.zero_area_faces.add(static_cast<int>(f));
+        normals.push_back(normal.value_or(Eigen::Vector3d::Zero()));
+    }
+    return normals;
+}
+
 }  // namespace
 
 RingNormals ring_directions(const std::vector<Point>& points, const std::vector<Face>& faces,
-                            const OneRings& rings) {
+                            const VertexFaces& around, const OneRings& rings) {
     const std::size_t count = points.size();
     RingNormals result;
+    const std::vector<Eigen::Vector3d> of_face = face_normals(points, faces, result);
     result.normal.assign(count, Eigen::Vector3d::Zero());
     result.sum_length.assign(count, 0.0);
     result.folded.assign(count, 0);
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-        const auto normal = face_normal(points, faces[f]);
-        if (!normal) {
-            result.zero_area_faces.add(static_cast<int>(f));
-            continue;
-        }
-        for (const int corner : faces[f]) {
-            const auto i = at(corner);
-            result.normal[i] += *normal;
-            result.sum_length[i] += 1;
-        }
-    }
     for (std::size_t i = 0; i < count; ++i) {
         if (rings.degree(static_cast<int>(i)) == 0) continue;
-        const double face_count = result.sum_length[i];
-        const double sum = result.sum_length[i] = result.normal[i].norm();
-        if (sum > kCancelled * face_count) {
-            result.normal[i] *= 1 / sum;
+        Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+        for (int place = around.offsets[i]; place < around.offsets[i + 1]; ++place) {
+            normal += of_face[at(around.faces[at(place)])];
+        }
+        const double sum = result.sum_length[i] = normal.norm();
+        if (sum > kCancelled * around.count(static_cast<int>(i))) {
+            result.normal[i] = normal * (1 / sum);
         } else {
             result.normal[i] = least_spread(points, rings, i, mean_edge_length(points, rings, i));
             result.folded[i] = 1;
@@ -71,8 +76,8 @@ RingNormals ring_directions(const std::vector<Point>& points, const std::vector<
 }
 
 RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Face>& faces,
-                         const OneRings& rings) {
-    RingNormals result = ring_directions(points, faces, rings);
+                         const VertexFaces& around, const OneRings& rings) {
+    RingNormals result = ring_directions(points, faces, around, rings);
     result.height.assign(points.size(), 0.0);
     for (std::size_t i = 0; i < points.size(); ++i) {
         if (rings.degree(static_cast<int>(i)) == 0) continue;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "edge_weights.h"
+#include "mscomp/acap/mesh/surface_mesh.h"
 
 namespace mscomp {
 
@@ -23,10 +24,10 @@ struct RingNormals {
 /// Normalised sums of the unit normals of the faces around every vertex; where they cancel, the
 /// direction in which the ring spreads least.
 RingNormals ring_normals(const std::vector<Point>& points, const std::vector<Face>& faces,
-                         const OneRings& rings);
+                         const VertexFaces& around, const OneRings& rings);
 
 /// The same without the heights, which stay empty, for who goes around the rings anyway.
 RingNormals ring_directions(const std::vector<Point>& points, const std::vector<Face>& faces,
-                            const OneRings& rings);
+                            const VertexFaces& around, const OneRings& rings);
 
 }  // namespace mscomp

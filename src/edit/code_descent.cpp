@@ -1,254 +1,167 @@
 // SPDX-License-Identifier: MIT
 #include "code_descent.h"
 
-#include <Eigen/Dense>
+#include <ceres/ceres.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
-#include "mscomp/acap/alignment.h"
-#include "mscomp/base/error.h"
+#include "code_trials.h"
 #include "mscomp/base/index.h"
+#include "mscomp/linear/blas_threads.h"
 #include "reduced_normal_equations.h"
-#include "values.h"
 
 namespace mscomp {
 namespace {
 
 using Eigen::VectorXd;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr double kFirstDamping = 1e-3;  // of the diagonal of the normal matrix
-constexpr double kMostDamping = 1e8;
+constexpr double kFirstRadius = 1e3;  // the damping is 1 / radius of the diagonal of H
+constexpr double kSmallestRadius = 1e-8;
+constexpr double kLargestRadius = 1e12;
+constexpr double kSmallestDiagonal = 1e-9;  // of the largest entry
 
-/// The entries `which` of `all`.
-template <class T>
-std::vector<T> gathered(std::span<const T> all, std::span<const int> which) {
-    std::vector<T> result;
-    result.reserve(which.size());
-    for (const int i : which) result.push_back(all[at(i)]);
-    return result;
-}
-
-/// Connected components (V), those without one of `vertices` joined to the first that has one.
-std::vector<int> groups_of(const std::vector<int>& component, std::span<const int> vertices) {
-    std::vector<char> is_known(component.size(), 0);
-    int first = -1;
-    for (const int v : vertices) {
-        const int c = component[at(v)];
-        is_known[at(c)] = 1;
-        if (first < 0 || c < first) first = c;
-    }
-    std::vector<int> result = component;
-    for (int& c : result) {
-        if (is_known[at(c)] == 0) c = first;
-    }
-    return result;
-}
-
-/// Centroids of groups of points; 0 for a group without points.
-std::vector<Point> centroids(const std::vector<Point>& points, const std::vector<int>& group) {
-    std::vector<Point> result;
-    std::vector<int> sizes;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto c = at(group[i]);
-        if (c >= result.size()) {
-            result.resize(c + 1, Point{});
-            sizes.resize(c + 1, 0);
-        }
-        ++sizes[c];
-        for (std::size_t axis = 0; axis < 3; ++axis) result[c][axis] += points[i][axis];
-    }
-    for (std::size_t c = 0; c < result.size(); ++c) {
-        for (double& x : result[c]) x /= std::max(sizes[c], 1);
-    }
-    return result;
-}
-
-/// Adds sign times what `centers` has for its group to every point.
-void translate(std::vector<Point>& points, const std::vector<int>& group,
-               const std::vector<Point>& centers, double sign) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const Point& center = centers[at(group[i])];
-        for (std::size_t axis = 0; axis < 3; ++axis) points[i][axis] += sign * center[axis];
-    }
-}
-
-/// Codes with everything that follows from them.
-struct Trial {
-    std::vector<float> codes;
-    std::vector<float> features;
-    std::vector<Point> positions;  // (V) every group with the centroid of its known vertices at 0
-    std::vector<Point> known;      // of these the known ones, and
-    std::vector<Point> residuals;  // they minus the truth, turned to them
-    double error = 0;              // mean square of a coordinate, in the unit ball
-    double objective = 0;
-};
-
-/// The fit of one shape. A group is a connected component, or several where not each has a known
-/// vertex.
-class LevenbergMarquardt {
+/// The objective of one shape as the sum of squares of K + 1 residuals (small_residuals) in the
+/// codes that may move, and the best codes that were tried. Codes are decoded as floats: what Ceres
+/// holds in doubles is rounded first.
+class CodeCost final : public ceres::CostFunction {
   public:
-    LevenbergMarquardt(const CodeObjective& objective, std::span<const Point> truth,
-                       std::span<const float> start, const FitSubset& subset)
-        : objective_(objective),
-          subset_(subset),
-          group_(groups_of(objective.component, subset.vertices)),
-          known_group_(gathered(std::span<const int>(group_), subset.vertices)),
-          start_(start.begin(), start.end()),
-          truth_(gathered(truth, subset.vertices)),
-          truth_centers_(centroids(truth_, known_group_)),
-          stiffness_(objective.stiffness(subset.codes)) {
-        translate(truth_, known_group_, truth_centers_, -1);
-        best_.codes = start_;
-        best_.features = objective_.codes.rows(start_);
-        if (!all_finite(best_.features)) {
-            throw NumericalError("the codes to start from decode to features that are not finite");
-        }
-        compare(best_);
+    CodeCost(const CodeTrials& trials, const FitSubset& subset, int max_steps)
+        : trials_(trials), subset_(subset), max_steps_(max_steps), best_(trials.first()) {
+        const auto count = static_cast<int>(subset.codes.size());
+        mutable_parameter_block_sizes()->push_back(count);
+        set_num_residuals(count + 1);
     }
 
-    FittedShape run() {
-        FittedShape result;
-        result.initial_rms = rms();
-        while (result.steps < objective_.options.max_steps) {
-            const double before = best_.objective;
-            if (!step()) {
-                result.converged = true;
-                break;
+    bool Evaluate(double const* const* parameters, double* residuals,
+                  double** jacobians) const override {
+        const auto count = static_cast<Eigen::Index>(subset_.codes.size());
+        const Trial* trial = trial_at({parameters[0], at(count)});
+        if (trial == nullptr) return false;
+        Eigen::Map<VectorXd> values(residuals, count + 1);
+        // Ceres wants a derivative at the last place, too, and looks at it no more.
+        if (jacobians == nullptr || jacobians[0] == nullptr || is_last()) {
+            values.setZero();
+            values[count] = std::sqrt(trial->objective);
+            if (jacobians != nullptr && jacobians[0] != nullptr) {
+                Eigen::Map<VectorXd>(jacobians[0], (count + 1) * count).setZero();
             }
-            ++result.steps;
-            if (before - best_.objective <= objective_.options.least_gain * before) {
-                result.converged = true;
-                break;
-            }
+            return true;
         }
-        result.rms = rms();
-        result.codes = best_.codes;
-        result.vertices = moved(best_.positions, best_rigid_motion(best_.known, truth_));
-        translate(result.vertices, group_, truth_centers_, 1);
-        return result;
-    }
-
-  private:
-    double rms() const { return std::sqrt(best_.error) / objective_.scale; }
-    double prior() const {
-        return objective_.options.prior * objective_.options.prior /
-               static_cast<double>(subset_.codes.size());
-    }
-    double error_scale() const {
-        return objective_.scale * objective_.scale / (3.0 * static_cast<double>(truth_.size()));
-    }
-
-    /// Change of the codes that may move from their start.
-    VectorXd departure(const std::vector<float>& codes) const {
-        VectorXd result(stiffness_.size());
-        for (Eigen::Index n = 0; n < result.size(); ++n) {
-            const auto k = at(subset_.codes[at(n)]);
-            result[n] = static_cast<double>(codes[k]) - static_cast<double>(start_[k]);
-        }
-        return result;
-    }
-
-    /// Derivatives of the known vertices (codes,vertices,3), the centroids at 0.
-    std::vector<double> derivatives() const {
-        std::vector<double> all =
-            objective_.codes.derivatives(best_.codes, best_.features, subset_.codes);
-        // The solvers leave the centroids of whole components where they are.
-        if (subset_.vertices.size() == group_.size()) return all;
-        std::vector<double> result;
-        result.reserve(subset_.codes.size() * subset_.vertices.size() * 3);
-        const std::size_t width = 3 * group_.size();
-        for (std::size_t k = 0; k < subset_.codes.size(); ++k) {
-            std::vector<Point> column;
-            for (const int v : subset_.vertices) {
-                const double* p = &all[k * width + 3 * at(v)];
-                column.push_back({p[0], p[1], p[2]});
-            }
-            translate(column, known_group_, centroids(column, known_group_), -1);
-            for (const Point& p : column) result.insert(result.end(), p.begin(), p.end());
-        }
-        return result;
-    }
-
-    /// Positions, residuals and objective of its features.
-    void compare(Trial& trial) const {
-        trial.positions = objective_.codes.positions(trial.features, {});
-        trial.known = gathered(std::span<const Point>(trial.positions), subset_.vertices);
-        const std::vector<Point> centers = centroids(trial.known, known_group_);
-        translate(trial.positions, group_, centers, -1);
-        translate(trial.known, known_group_, centers, -1);
-        const std::vector<Point> goal = moved(truth_, best_rigid_motion(truth_, trial.known));
-        trial.residuals.resize(goal.size());
-        double squares = 0;
-        for (std::size_t i = 0; i < goal.size(); ++i) {
-            Eigen::Map<Eigen::Vector3d> r(trial.residuals[i].data());
-            r = vec(trial.known[i]) - vec(goal[i]);
-            squares += r.squaredNorm();
-        }
-        trial.error = error_scale() * squares;
-        const VectorXd away = departure(trial.codes);
-        trial.objective = trial.error + prior() * away.dot(stiffness_.asDiagonal() * away);
-    }
-
-    /// One step that lowers the objective; false if none does.
-    bool step() {
-        NormalEquations equations =
-            reduced_normal_equations(derivatives(), best_.known, best_.residuals);
-        equations.H *= error_scale();
-        equations.g *= error_scale();
-        equations.H += prior() * Eigen::MatrixXd(stiffness_.asDiagonal());
-        equations.g += prior() * (stiffness_.asDiagonal() * departure(best_.codes));
-        const VectorXd diagonal = equations.H.diagonal();
-        const double smallest = 1e-9 * diagonal.maxCoeff();
-        if (!(smallest > 0)) return false;
-        for (; damping_ <= kMostDamping; damping_ *= raise_, raise_ *= 2) {
-            Eigen::MatrixXd damped = equations.H;
-            damped.diagonal() += damping_ * diagonal.cwiseMax(smallest);
-            const VectorXd change = damped.ldlt().solve(-equations.g);
-            const double promised =
-                -(2 * equations.g.dot(change) + change.dot(equations.H * change));
-            if (!(promised > 0)) continue;
-            if (take(change, promised)) return true;
-        }
-        return false;
-    }
-
-    /// Moves by `change` if that lowers the objective, which is said to fall by `promised`.
-    bool take(const VectorXd& change, double promised) {
-        Trial trial;
-        trial.codes = best_.codes;
-        for (Eigen::Index n = 0; n < change.size(); ++n) {
-            const int code = subset_.codes[at(n)];
-            trial.codes[at(code)] += static_cast<float>(change[n]);
-        }
-        trial.features = objective_.codes.rows(trial.codes);
-        if (!all_finite(trial.features)) return false;
-        compare(trial);
-        const double gain = best_.objective - trial.objective;
-        if (!(gain > 0)) return false;
-        const double trust = 2 * std::min(gain / promised, 1.0) - 1;
-        damping_ = std::max(1e-12, damping_ * std::max(0.1, 1 - trust * trust * trust));
-        raise_ = 2;
-        best_ = std::move(trial);
+        const SmallResiduals small = small_residuals(
+            trial == &best_ ? equations_at_best() : trials_.normal_equations(*trial),
+            trial->objective);
+        values = small.values;
+        Eigen::Map<RowMajor>(jacobians[0], count + 1, count) = small.derivative;
         return true;
     }
 
-    const CodeObjective& objective_;
+    const Trial& best() const { return best_; }
+    const NormalEquations& equations_at_best() const {
+        if (!equations_) equations_ = trials_.normal_equations(best_);
+        return *equations_;
+    }
+    /// Times that the best became better.
+    int steps() const { return steps_; }
+    bool is_last() const { return steps_ >= max_steps_; }
+
+  private:
+    const Trial* trial_at(std::span<const double> moved) const {
+        Trial trial;
+        trial.codes = best_.codes;
+        for (std::size_t n = 0; n < moved.size(); ++n) {
+            trial.codes[at(subset_.codes[n])] = static_cast<float>(moved[n]);
+        }
+        if (trial.codes == best_.codes) return &best_;
+        if (!trials_.evaluate(trial)) return nullptr;
+        last_ = std::move(trial);
+        if (!(last_.objective < best_.objective)) return &last_;
+        ++steps_;
+        best_ = std::move(last_);
+        equations_.reset();
+        return &best_;
+    }
+
+    const CodeTrials& trials_;
     const FitSubset& subset_;
-    std::vector<int> group_;        // (V) what has a centroid of its own
-    std::vector<int> known_group_;  // of the known vertices
-    std::vector<float> start_;
-    std::vector<Point> truth_;          // known vertices, every group with its centroid at 0, and
-    std::vector<Point> truth_centers_;  // where it was
-    VectorXd stiffness_;                // of the codes that may move
-    Trial best_;
-    double damping_ = kFirstDamping, raise_ = 2;
+    int max_steps_;
+    // Ceres evaluates through a const reference.
+    mutable Trial best_, last_;
+    mutable std::optional<NormalEquations> equations_;  // at the best, once they were needed
+    mutable int steps_ = 0;
 };
+
+/// Ends the descent after as many steps as are wanted; rejected ones do not count.
+class StepLimit final : public ceres::IterationCallback {
+  public:
+    explicit StepLimit(const CodeCost& cost) : cost_(cost) {}
+    ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+        return cost_.is_last() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+    }
+
+  private:
+    const CodeCost& cost_;
+};
+
+ceres::Solver::Options solver_options(const VertexFitOptions& fit, double largest_diagonal) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.max_num_iterations = std::numeric_limits<int>::max();
+    options.initial_trust_region_radius = kFirstRadius;
+    options.min_trust_region_radius = kSmallestRadius;
+    options.max_trust_region_radius = kLargestRadius;
+    options.min_lm_diagonal = kSmallestDiagonal * largest_diagonal;
+    options.min_relative_decrease = 0;
+    options.max_num_consecutive_invalid_steps = 30;  // by then the radius is the smallest
+    options.jacobi_scaling = false;
+    options.function_tolerance = fit.least_gain;
+    options.gradient_tolerance = 0;
+    options.parameter_tolerance = 0;
+    options.num_threads = 1;  // shapes run in parallel, and results do not depend on threads
+    options.logging_type = ceres::SILENT;
+    return options;
+}
+
+ceres::Problem::Options problem_options() {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.disable_all_safety_checks = true;
+    return options;
+}
 
 }  // namespace
 
 FittedShape descend(const CodeObjective& objective, std::span<const Point> truth,
                     std::span<const float> start, const FitSubset& subset) {
-    return LevenbergMarquardt(objective, truth, start, subset).run();
+    const CodeTrials trials(objective, truth, start, subset);
+    CodeCost cost(trials, subset, objective.options.max_steps);
+    FittedShape result;
+    result.initial_rms = trials.rms(cost.best());
+    if (objective.options.max_steps > 0) {
+        std::vector<double> moved;
+        for (const int code : subset.codes) moved.push_back(static_cast<double>(start[at(code)]));
+        ceres::Problem problem(problem_options());
+        problem.AddResidualBlock(&cost, nullptr, moved.data());
+        StepLimit limit(cost);
+        ceres::Solver::Options options =
+            solver_options(objective.options, cost.equations_at_best().H.diagonal().maxCoeff());
+        options.callbacks.push_back(&limit);
+        pin_blas_threads();
+        ceres::Solver::Summary summary;
+        ceres::Solve(options, &problem, &summary);
+        // Whatever else ends it, no step helped enough.
+        result.converged = summary.termination_type != ceres::USER_FAILURE;
+    }
+    const Trial& best = cost.best();
+    result.steps = cost.steps();
+    result.rms = trials.rms(best);
+    result.codes = best.codes;
+    result.vertices = trials.placed(best);
+    return result;
 }
 
 }  // namespace mscomp

@@ -2,9 +2,14 @@
 #include "reduced_normal_equations.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
 
 namespace mscomp {
 namespace {
+
+// Of the largest pivot: what is below is rounding of a sum of squares.
+constexpr double kSingular = 1e-14;
 
 using Columns = Eigen::Map<const Eigen::MatrixXd>;
 
@@ -55,6 +60,29 @@ NormalEquations reduced_normal_equations(std::span<const double> derivatives,
     result.H.triangularView<Eigen::Lower>() -=
         sums.transpose() * sums * (3.0 / static_cast<double>(rows));
     result.H = Eigen::MatrixXd(result.H.selfadjointView<Eigen::Lower>());
+    return result;
+}
+
+SmallResiduals small_residuals(const NormalEquations& equations, double squares) {
+    const Eigen::Index count = equations.g.size();
+    SmallResiduals result{Eigen::VectorXd::Zero(count + 1),
+                          Eigen::MatrixXd::Zero(count + 1, count)};
+    // P H Pᵀ = L D Lᵀ, so that R = D^½ Lᵀ P.
+    const Eigen::LDLT<Eigen::MatrixXd> factor(equations.H);
+    const Eigen::VectorXd pivots = factor.vectorD();
+    const double smallest = kSingular * pivots.cwiseAbs().maxCoeff();
+    const Eigen::VectorXd forward = factor.matrixL().solve(factor.transpositionsP() * equations.g);
+    const Eigen::MatrixXd upper =
+        Eigen::MatrixXd(factor.matrixU()) *
+        (factor.transpositionsP() * Eigen::MatrixXd::Identity(count, count));
+    for (Eigen::Index n = 0; n < count; ++n) {
+        if (!(pivots[n] > smallest)) continue;
+        const double root = std::sqrt(pivots[n]);
+        result.values[n] = forward[n] / root;
+        result.derivative.row(n) = root * upper.row(n);
+    }
+    const double explained = result.values.squaredNorm();
+    result.values[count] = std::sqrt(std::max(squares - explained, 0.0));
     return result;
 }
 

@@ -31,23 +31,66 @@ BlockCholesky::BlockCholesky(BlockCholesky&&) noexcept = default;
 BlockCholesky& BlockCholesky::operator=(BlockCholesky&&) noexcept = default;
 BlockCholesky::~BlockCholesky() = default;
 
+namespace {
+
+/// `to` (n): row position[i] is row i of `from`.
+template <class Row>
+void eliminate_in_order(const std::vector<int>& position, const std::vector<Row>& from,
+                        std::vector<Row>& to) {
+    to.resize(position.size());
+    for (std::size_t i = 0; i < position.size(); ++i) to[at(position[i])] = from[i];
+}
+
+/// Its inverse.
+template <class Row>
+void put_back(const std::vector<int>& position, const std::vector<Row>& from,
+              std::vector<Row>& to) {
+    for (std::size_t i = 0; i < position.size(); ++i) to[i] = from[at(position[i])];
+}
+
+}  // namespace
+
 template <std::size_t kLanes>
 void BlockCholesky::solve(std::vector<Lanes<kLanes>>& x, std::vector<Lanes<kLanes>>& work) const {
     const std::vector<int>& position = factor_->position();
     if (position.empty()) return;
-    work.resize(position.size());
-    for (std::size_t i = 0; i < position.size(); ++i) {
-        work[at(position[i])] = x[i];
-    }
+    eliminate_in_order(position, x, work);
     factor_->substitute(work.front().data(), kLanes);
-    for (std::size_t i = 0; i < position.size(); ++i) {
-        x[i] = work[at(position[i])];
-    }
+    put_back(position, work, x);
 }
 
-template void BlockCholesky::solve(std::vector<Lanes<1>>&, std::vector<Lanes<1>>&) const;
-template void BlockCholesky::solve(std::vector<Lanes<4>>&, std::vector<Lanes<4>>&) const;
-template void BlockCholesky::solve(std::vector<Lanes<8>>&, std::vector<Lanes<8>>&) const;
+template <std::size_t kLanes>
+void BlockCholesky::solve_half(std::vector<Lanes<kLanes>>& b,
+                               std::vector<Lanes<kLanes>>& work) const {
+    const std::vector<int>& position = factor_->position();
+    if (position.empty()) return;
+    eliminate_in_order(position, b, work);
+    factor_->substitute_forward(work.front().data(), kLanes);
+    b.swap(work);
+}
+
+template <std::size_t kLanes>
+void BlockCholesky::solve_transposed_half(std::vector<Lanes<kLanes>>& y,
+                                          std::vector<Lanes<kLanes>>& work) const {
+    const std::vector<int>& position = factor_->position();
+    if (position.empty()) return;
+    factor_->substitute_backward(y.front().data(), kLanes);
+    work.resize(y.size());
+    put_back(position, y, work);
+    y.swap(work);
+}
+
+#define MSCOMP_INSTANTIATE(lanes)                                                              \
+    template void BlockCholesky::solve(std::vector<Lanes<lanes>>&, std::vector<Lanes<lanes>>&) \
+        const;                                                                                 \
+    template void BlockCholesky::solve_half(std::vector<Lanes<lanes>>&,                        \
+                                            std::vector<Lanes<lanes>>&) const;                 \
+    template void BlockCholesky::solve_transposed_half(std::vector<Lanes<lanes>>&,             \
+                                                       std::vector<Lanes<lanes>>&) const;
+MSCOMP_INSTANTIATE(1)
+MSCOMP_INSTANTIATE(4)
+MSCOMP_INSTANTIATE(8)
+#undef MSCOMP_INSTANTIATE
 
 Elimination BlockCholesky::elimination() const { return factor_->elimination(); }
 std::size_t BlockCholesky::stored_numbers() const { return factor_->stored_numbers(); }

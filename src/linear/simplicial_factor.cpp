@@ -23,6 +23,7 @@ BlockCholesky::Simplicial::Simplicial(const Eigen::SparseMatrix<double>& A,
     column_begin_.reserve(size + 1);
     column_begin_.assign(1, 0);
     inverse_of_diagonal_.reserve(size);
+    root_of_diagonal_.reserve(size);
     row_.reserve(at(L.nonZeros()));
     value_.reserve(at(L.nonZeros()));
     for (std::size_t j = 0; j < size; ++j) {
@@ -33,6 +34,7 @@ BlockCholesky::Simplicial::Simplicial(const Eigen::SparseMatrix<double>& A,
                 fmt::format("pivot {} of {} is {}, wanted a positive number", j, name, pivot));
         }
         inverse_of_diagonal_.push_back(1 / pivot);
+        root_of_diagonal_.push_back(std::sqrt(pivot));
         for (Eigen::SparseMatrix<double>::InnerIterator it(L, column); it; ++it) {
             if (it.row() <= it.col()) continue;
             row_.push_back(static_cast<int>(it.row()));
@@ -44,10 +46,30 @@ BlockCholesky::Simplicial::Simplicial(const Eigen::SparseMatrix<double>& A,
     position_.assign(order.data(), order.data() + order.size());
 }
 
+SimplicialColumns BlockCholesky::Simplicial::columns() const {
+    return {position_.size(), column_begin_.data(), row_.data(), value_.data(),
+            inverse_of_diagonal_.data()};
+}
+
 void BlockCholesky::Simplicial::substitute(double* x, std::size_t lanes) const {
-    mscomp::substitute(SimplicialColumns{position_.size(), column_begin_.data(), row_.data(),
-                                         value_.data(), inverse_of_diagonal_.data()},
-                       x, lanes);
+    mscomp::substitute(columns(), x, lanes, Sweep::both);
+}
+
+void BlockCholesky::Simplicial::substitute_forward(double* x, std::size_t lanes) const {
+    mscomp::substitute(columns(), x, lanes, Sweep::forward);
+    for (std::size_t j = 0; j < position_.size(); ++j) {
+        const double factor = root_of_diagonal_[j] * inverse_of_diagonal_[j];
+        for (std::size_t lane = 0; lane < lanes; ++lane) x[j * lanes + lane] *= factor;
+    }
+}
+
+void BlockCholesky::Simplicial::substitute_backward(double* x, std::size_t lanes) const {
+    // The sweep divides by D.
+    for (std::size_t j = 0; j < position_.size(); ++j) {
+        const double factor = root_of_diagonal_[j];
+        for (std::size_t lane = 0; lane < lanes; ++lane) x[j * lanes + lane] *= factor;
+    }
+    mscomp::substitute(columns(), x, lanes, Sweep::backward);
 }
 
 }  // namespace mscomp

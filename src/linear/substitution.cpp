@@ -43,15 +43,21 @@ struct Vector {
 };
 
 template <std::size_t kLanes>
-MSCOMP_INLINE void substitute_columns(const SimplicialColumns& factor, double* x) {
+MSCOMP_INLINE void forward(const SimplicialColumns& factor, double* x) {
     using Lane = Vector<kLanes>;
-    typename Lane::Type solved, other;
+    typename Lane::Type solved;
     for (std::size_t j = 0; j < factor.size; ++j) {
         __builtin_memcpy(&solved, x + j * kLanes, sizeof solved);
         for (int k = factor.column_begin[j]; k < factor.column_begin[j + 1]; ++k) {
             Lane::subtract(Lane::of(x, factor.row[k]), factor.value[k], solved);
         }
     }
+}
+
+template <std::size_t kLanes>
+MSCOMP_INLINE void backward(const SimplicialColumns& factor, double* x) {
+    using Lane = Vector<kLanes>;
+    typename Lane::Type solved, other;
     for (std::size_t j = factor.size; j-- > 0;) {
         __builtin_memcpy(&solved, x + j * kLanes, sizeof solved);
         solved *= factor.inverse_of_diagonal[j];
@@ -138,7 +144,7 @@ MSCOMP_INLINE void solve_transposed_diagonal(const double* value, int width, con
 }
 
 template <std::size_t kLanes>
-MSCOMP_INLINE void substitute_blocks(const SupernodalRows& factor, double* x) {
+MSCOMP_INLINE void forward(const SupernodalRows& factor, double* x) {
     constexpr int kAtOnce = kRowsAtOnce<kLanes>;
     for (std::size_t s = 0; s < factor.count; ++s) {
         const int first = factor.first_column[s], width = factor.first_column[s + 1] - first;
@@ -156,6 +162,11 @@ MSCOMP_INLINE void substitute_blocks(const SupernodalRows& factor, double* x) {
             subtract_from_rows<kLanes, 1>(value + at(r) * stride, width, row + r, y, x);
         }
     }
+}
+
+template <std::size_t kLanes>
+MSCOMP_INLINE void backward(const SupernodalRows& factor, double* x) {
+    constexpr int kAtOnce = kRowsAtOnce<kLanes>;
     for (std::size_t s = factor.count; s-- > 0;) {
         const int first = factor.first_column[s], width = factor.first_column[s + 1] - first;
         double* y = Vector<kLanes>::of(x, first);
@@ -174,27 +185,39 @@ MSCOMP_INLINE void substitute_blocks(const SupernodalRows& factor, double* x) {
     }
 }
 
+template <std::size_t kLanes, class Factor>
+MSCOMP_INLINE void sweep_through(const Factor& factor, double* x, Sweep sweep) {
+    if (sweep != Sweep::backward) forward<kLanes>(factor, x);
+    if (sweep != Sweep::forward) backward<kLanes>(factor, x);
+}
+
 MSCOMP_FOR_EACH_VECTOR_WIDTH
-void columns_1(const SimplicialColumns& factor, double* x) { substitute_columns<1>(factor, x); }
+void columns_1(const SimplicialColumns& factor, double* x, Sweep s) {
+    sweep_through<1>(factor, x, s);
+}
 MSCOMP_FOR_EACH_VECTOR_WIDTH
-void columns_4(const SimplicialColumns& factor, double* x) { substitute_columns<4>(factor, x); }
+void columns_4(const SimplicialColumns& factor, double* x, Sweep s) {
+    sweep_through<4>(factor, x, s);
+}
 MSCOMP_FOR_EACH_VECTOR_WIDTH
-void columns_8(const SimplicialColumns& factor, double* x) { substitute_columns<8>(factor, x); }
+void columns_8(const SimplicialColumns& factor, double* x, Sweep s) {
+    sweep_through<8>(factor, x, s);
+}
 MSCOMP_FOR_EACH_VECTOR_WIDTH
-void blocks_1(const SupernodalRows& factor, double* x) { substitute_blocks<1>(factor, x); }
+void blocks_1(const SupernodalRows& factor, double* x, Sweep s) { sweep_through<1>(factor, x, s); }
 MSCOMP_FOR_EACH_VECTOR_WIDTH
-void blocks_4(const SupernodalRows& factor, double* x) { substitute_blocks<4>(factor, x); }
+void blocks_4(const SupernodalRows& factor, double* x, Sweep s) { sweep_through<4>(factor, x, s); }
 MSCOMP_FOR_EACH_VECTOR_WIDTH
-void blocks_8(const SupernodalRows& factor, double* x) { substitute_blocks<8>(factor, x); }
+void blocks_8(const SupernodalRows& factor, double* x, Sweep s) { sweep_through<8>(factor, x, s); }
 
 }  // namespace
 
-void substitute(const SimplicialColumns& factor, double* x, std::size_t lanes) {
-    (lanes == 1 ? columns_1 : lanes == 4 ? columns_4 : columns_8)(factor, x);
+void substitute(const SimplicialColumns& factor, double* x, std::size_t lanes, Sweep sweep) {
+    (lanes == 1 ? columns_1 : lanes == 4 ? columns_4 : columns_8)(factor, x, sweep);
 }
 
-void substitute(const SupernodalRows& factor, double* x, std::size_t lanes) {
-    (lanes == 1 ? blocks_1 : lanes == 4 ? blocks_4 : blocks_8)(factor, x);
+void substitute(const SupernodalRows& factor, double* x, std::size_t lanes, Sweep sweep) {
+    (lanes == 1 ? blocks_1 : lanes == 4 ? blocks_4 : blocks_8)(factor, x, sweep);
 }
 
 }  // namespace mscomp

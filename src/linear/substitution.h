@@ -26,9 +26,13 @@ struct SupernodalRows {
     const double* inverse_of_diagonal;  // (n) 1 / L_jj
 };
 
-/// Overwrite x (n, lanes) with the solution of L D Lᵀ y = x, or L Lᵀ y = x, for 1, 4 or 8 lanes.
-/// A lane's result does not depend on the number of lanes.
-void substitute(const SimplicialColumns& factor, double* x, std::size_t lanes);
-void substitute(const SupernodalRows& factor, double* x, std::size_t lanes);
+/// Forward through L, backward through the rest (D Lᵀ or Lᵀ), or one after the other.
+enum class Sweep { forward, backward, both };
+
+/// Overwrite x (n, lanes) with the solution of L D Lᵀ y = x, or L Lᵀ y = x, or of that part of it
+/// which the sweep is about, for 1, 4 or 8 lanes. A lane's result does not depend on the number of
+/// lanes.
+void substitute(const SimplicialColumns& factor, double* x, std::size_t lanes, Sweep sweep);
+void substitute(const SupernodalRows& factor, double* x, std::size_t lanes, Sweep sweep);
 
 }  // namespace mscomp

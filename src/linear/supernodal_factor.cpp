@@ -137,7 +137,15 @@ SupernodalRows BlockCholesky::Supernodal::rows() const {
 }
 
 void BlockCholesky::Supernodal::substitute(double* x, std::size_t lanes) const {
-    mscomp::substitute(rows(), x, lanes);
+    mscomp::substitute(rows(), x, lanes, Sweep::both);
+}
+
+void BlockCholesky::Supernodal::substitute_forward(double* x, std::size_t lanes) const {
+    mscomp::substitute(rows(), x, lanes, Sweep::forward);
+}
+
+void BlockCholesky::Supernodal::substitute_backward(double* x, std::size_t lanes) const {
+    mscomp::substitute(rows(), x, lanes, Sweep::backward);
 }
 
 std::size_t BlockCholesky::Supernodal::stored_numbers() const { return factor_->xsize; }

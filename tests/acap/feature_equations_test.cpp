@@ -5,7 +5,6 @@
 
 #include <Eigen/LU>
 
-#include "acap/reconstruct/quasi_newton.h"
 #include "acap/reconstruct/ring_residual.h"
 #include "acap/reconstruct/tangential_solve.h"
 #include "acap/rotation.h"
@@ -171,75 +170,6 @@ TEST(FeatureEquations, TangentialPartDoesNotSeeThePseudoEdge) {
             EXPECT_NEAR(problem.equations.tangential()[i].trace(), 2, 1e-12);
         }
     }
-}
-
-// f = ½ xᵀ A x - b·x; the minimum is A⁻¹ b. With the exact inverse one step is enough.
-TEST(QuasiNewton, FindsTheMinimumOfAParabolaInOneStepGivenItsInverse) {
-    Matrix3d a;
-    a << 4, 1, 0, 1, 3, -1, 0, -1, 2;
-    const Vector3d b(1, -2, 5);
-    const auto f = [&](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
-        slope = a * x - b;
-        return 0.5 * x.dot(a * x) - b.dot(x);
-    };
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(3);
-    QuasiNewtonOptions options;
-    options.largest_step = 1e-12;
-    options.least_gain = 0;
-    const auto found = minimize(
-        f, [&](const Eigen::VectorXd& g) -> Eigen::VectorXd { return a.inverse() * g; }, x,
-        options);
-    EXPECT_TRUE(found.converged);
-    EXPECT_LE(found.steps, 2);
-    EXPECT_LE((x - Eigen::VectorXd(a.inverse() * b)).norm(), 1e-10);
-}
-
-// Rosenbrock's valley, minimum 0 at (1, 1), from the usual start and with no idea of its Hessian.
-TEST(QuasiNewton, FollowsACurvedValley) {
-    const auto f = [](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
-        const double u = 1 - x[0], v = x[1] - x[0] * x[0];
-        slope.resize(2);
-        slope << -2 * u - 400 * x[0] * v, 200 * v;
-        return u * u + 100 * v * v;
-    };
-    Eigen::VectorXd x(2);
-    x << -1.2, 1;
-    QuasiNewtonOptions options;
-    options.largest_step = 1e-10;
-    options.least_gain = 0;
-    options.max_evaluations = 500;
-    const auto found = minimize(
-        f, [](const Eigen::VectorXd& g) -> Eigen::VectorXd { return 1e-3 * g; }, x, options);
-    EXPECT_LE(found.value, 1e-12);
-    EXPECT_LE((x - Eigen::VectorXd::Ones(2)).norm(), 1e-5);
-}
-
-TEST(QuasiNewton, StopsWhereTheValueIsSmallEnough) {
-    const auto f = [](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
-        slope = 2 * x;
-        return x.squaredNorm();
-    };
-    Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 2.0);
-    QuasiNewtonOptions options;
-    options.least_value = 4;
-    const auto found = minimize(
-        f, [](const Eigen::VectorXd& g) { return g; }, x, options);
-    EXPECT_TRUE(found.converged);
-    EXPECT_EQ(found.steps, 0);
-    EXPECT_EQ(x[0], 2);
-}
-
-// A function that only looks like a descent: the value never rises, and the end is honest.
-TEST(QuasiNewton, StopsUnconvergedWhereTheDerivativeIsWrong) {
-    const auto f = [](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
-        slope = -Eigen::VectorXd::Ones(1);
-        return std::abs(x[0]);
-    };
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(1);
-    const auto found = minimize(
-        f, [](const Eigen::VectorXd& g) { return g; }, x, QuasiNewtonOptions{});
-    EXPECT_FALSE(found.converged);
-    EXPECT_EQ(found.value, 0);
 }
 
 }  // namespace

@@ -61,6 +61,9 @@ TEST(Lossless, GivesTheMeshOfItsFeaturesBack) {
                 << c.name << ", " << to_string(weights);
             EXPECT_LE(result.residual, 1e-6) << c.name;
             EXPECT_TRUE(result.converged) << c.name;
+            if (result.residual <= 2e-7) {
+                EXPECT_EQ(result.steps, 0) << c.name;
+            }
         }
     }
 }
@@ -105,6 +108,8 @@ TEST(Lossless, BothSolversReachTheSameMinimumWhereNoMeshHasTheFeatures) {
     const ReconstructedShape fast = lossless.solve(features);
     const ReconstructedShape ceres = lossless.solve_by_ceres(features);
     EXPECT_GT(fast.residual, 1e-4);  // visible as such
+    EXPECT_GT(fast.steps, 0);
+    EXPECT_TRUE(fast.converged);
     EXPECT_NEAR(fast.energy, ceres.energy, 1e-5 * ceres.energy);
     EXPECT_LE(largest_distance(fast.vertices, ceres.vertices), 1e-4);
 }

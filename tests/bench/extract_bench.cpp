@@ -293,8 +293,10 @@ std::vector<Matrix3d> plain_gradients(const Stages& stages, std::size_t n) {
     const std::vector<Point>& after = stages.aligned[n];
     const OneRings& rings = stages.gradients.rings();
     const auto& faces = stages.files.faces();
-    const RingNormals normals_before = ring_normals(before, faces, rings);
-    const RingNormals normals_after = ring_normals(after, faces, rings);
+    const RingNormals normals_before =
+        ring_normals(before, faces, stages.gradients.mesh().faces_around(), rings);
+    const RingNormals normals_after =
+        ring_normals(after, faces, stages.gradients.mesh().faces_around(), rings);
     std::vector<Matrix3d> result(before.size());
     for (std::size_t i = 0; i < before.size(); ++i) {
         const Vector3d n_before = normals_before.height[i] * normals_before.normal[i];

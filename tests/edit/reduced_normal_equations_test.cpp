@@ -72,5 +72,46 @@ TEST(ReducedNormalEquations, SeeNothingInARigidMotion) {
     EXPECT_LT(cases::largest(found.H), 1e-11);
 }
 
+/// H, g and |r|² of random residuals in five codes, the last two of which do the same if `twins`.
+struct SmallCase {
+    NormalEquations equations;
+    double squares;
+};
+
+SmallCase small_case(bool twins) {
+    cases::Draws draws(11);
+    MatrixXd J(40, 5);
+    VectorXd r(40);
+    for (Eigen::Index i = 0; i < 40; ++i) {
+        for (Eigen::Index k = 0; k < 5; ++k) J(i, k) = draws.next();
+        r[i] = draws.next();
+    }
+    if (twins) J.col(4) = J.col(3);
+    return {{J.transpose() * J, J.transpose() * r}, r.squaredNorm()};
+}
+
+// K + 1 residuals stand for forty: the same sum of squares, gradient and normal matrix, singular
+// ones included, and the last does not depend on the codes.
+TEST(SmallResiduals, HaveSquaresGradientAndMatrixOfAll) {
+    for (const bool twins : {false, true}) {
+        const auto [equations, squares] = small_case(twins);
+        const SmallResiduals found = small_residuals(equations, squares);
+        const MatrixXd& R = found.derivative;
+        ASSERT_EQ(found.values.size(), 6);
+        EXPECT_NEAR(found.values.squaredNorm(), squares, 1e-12 * squares);
+        EXPECT_LT(cases::largest(R.transpose() * found.values - equations.g), 1e-12);
+        EXPECT_LT(cases::largest(R.transpose() * R - equations.H), 1e-12);
+        EXPECT_EQ(R.row(5).norm(), 0);
+        EXPECT_GT(found.values[5], 0);
+    }
+}
+
+// Codes that do nothing leave the sum of squares alone.
+TEST(SmallResiduals, OfCodesThatDoNothingAreTheLastAlone) {
+    const SmallResiduals found = small_residuals({MatrixXd::Zero(3, 3), VectorXd::Zero(3)}, 4.0);
+    EXPECT_EQ(found.values, (VectorXd(4) << 0, 0, 0, 2).finished());
+    EXPECT_EQ(found.derivative.norm(), 0);
+}
+
 }  // namespace
 }  // namespace mscomp

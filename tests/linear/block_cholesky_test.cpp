@@ -150,6 +150,66 @@ TEST_P(BlockCholeskyBy, LooksAtTheLowerTriangleOnly) {
               solved(BlockCholesky(lower, "half a grid", GetParam()), rows));
 }
 
+template <std::size_t kLanes>
+std::vector<Lanes<kLanes>> half(const BlockCholesky& factor, std::vector<Lanes<kLanes>> rows) {
+    std::vector<Lanes<kLanes>> work;
+    factor.solve_half(rows, work);
+    return rows;
+}
+
+template <std::size_t kLanes>
+std::vector<Lanes<kLanes>> transposed_half(const BlockCholesky& factor,
+                                           std::vector<Lanes<kLanes>> rows) {
+    std::vector<Lanes<kLanes>> work;
+    factor.solve_transposed_half(rows, work);
+    return rows;
+}
+
+template <std::size_t kLanes>
+void expect_halves(const Matrix& a, Elimination elimination) {
+    const BlockCholesky factor(a, "a matrix", elimination);
+    const auto b = random_rows<kLanes>(a.rows());
+    const auto y = half(factor, b), x = transposed_half(factor, y), whole = solved(factor, b);
+    const auto z = transposed_half(factor, b);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const Eigen::VectorXd right = lane_of(b, lane), truth = lane_of(whole, lane);
+        EXPECT_TRUE((lane_of(x, lane) - truth).norm() <= 1e-13 * truth.norm());
+        const double square = right.dot(truth);
+        EXPECT_TRUE(std::abs(lane_of(y, lane).squaredNorm() - square) <= 1e-12 * square);
+        const Eigen::VectorXd image = lane_of(z, lane);
+        EXPECT_TRUE(std::abs(image.dot(a * image) - right.squaredNorm()) <=
+                    1e-12 * right.squaredNorm());
+    }
+}
+
+// A = C Cᵀ: C⁻ᵀ C⁻¹ b = A⁻¹ b, |C⁻¹ b|² = bᵀ A⁻¹ b, and (C⁻ᵀ y)ᵀ A (C⁻ᵀ y) = |y|².
+TEST_P(BlockCholeskyBy, HalvesMakeTheMatrixTheIdentity) {
+    for (const Matrix& a : {ring_matrix(37), grid_matrix(40)}) {
+        expect_halves<1>(a, GetParam());
+        expect_halves<4>(a, GetParam());
+        expect_halves<8>(a, GetParam());
+    }
+}
+
+TEST_P(BlockCholeskyBy, HalvesAreTheSameBitsForAnyNumberOfLanes) {
+    const BlockCholesky factor(grid_matrix(30), "a grid", GetParam());
+    const auto eight = random_rows<8>(900);
+    const auto halves = half(factor, eight), others = transposed_half(factor, eight);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+        std::vector<Lanes<1>> one(eight.size());
+        std::vector<Lanes<4>> four(eight.size());
+        for (std::size_t i = 0; i < one.size(); ++i) {
+            one[i][0] = four[i][lane % 4] = eight[i][lane];
+        }
+        const auto half_of_one = half(factor, one);
+        const auto other_of_four = transposed_half(factor, four);
+        for (std::size_t i = 0; i < one.size(); ++i) {
+            ASSERT_EQ(half_of_one[i][0], halves[i][lane]);
+            ASSERT_EQ(other_of_four[i][lane % 4], others[i][lane]);
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(, BlockCholeskyBy,
                          testing::Values(Elimination::minimum_degree,
                                          Elimination::nested_dissection),

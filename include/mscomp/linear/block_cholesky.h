@@ -46,6 +46,15 @@ class BlockCholesky {
     template <std::size_t kLanes>
     void solve(std::vector<Lanes<kLanes>>& x, std::vector<Lanes<kLanes>>& work) const;
 
+    /// The two halves of solve() for A = C Cᵀ, C = Pᵀ L: overwrite b by C⁻¹ b, and y by C⁻ᵀ y. So
+    /// x -> Cᵀ x are the variables in which A is the identity: |C⁻¹ b|² = bᵀ A⁻¹ b. Rows of y stand
+    /// in the order of elimination. Promises as of solve().
+    template <std::size_t kLanes>
+    void solve_half(std::vector<Lanes<kLanes>>& b, std::vector<Lanes<kLanes>>& work) const;
+    template <std::size_t kLanes>
+    void solve_transposed_half(std::vector<Lanes<kLanes>>& y,
+                               std::vector<Lanes<kLanes>>& work) const;
+
     /// minimum_degree or nested_dissection.
     Elimination elimination() const;
     /// Numbers below the diagonal of L that are stored, zeros among them.

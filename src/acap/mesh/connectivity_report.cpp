@@ -43,15 +43,17 @@ std::string counted(int count, std::string_view one, std::string_view many) {
 
 class ReportBuilder {
   public:
-    ReportBuilder(const std::vector<Face>& faces, const OneRings& rings)
-        : faces_(faces), rings_(rings) {}
+    ReportBuilder(const std::vector<Face>& faces, const SurfaceMesh& mesh)
+        : faces_(faces), mesh_(mesh), rings_(mesh.rings()) {}
 
     ConnectivityReport build() {
         report_.vertex_count = rings_.vertex_count();
         report_.face_count = static_cast<int>(faces_.size());
+        report_.faces_beside = static_cast<int>(mesh_.faces_beside().size());
         count_degenerate_faces();
         count_duplicate_faces();
-        count_edges();
+        count_boundaries();
+        count_non_manifold_edges();
         count_vertex_fans();
         count_components();
         return std::move(report_);
@@ -96,7 +98,23 @@ class ReportBuilder {
                          first + 1, original + 1));
     }
 
-    void count_edges() {
+    void count_boundaries() {
+        const std::vector<std::array<int, 2>> edges = mesh_.boundary_edges();
+        if (edges.empty()) return;
+        DisjointSets loops(at(rings_.vertex_count()));
+        for (const auto& [low, high] : edges) loops.join(at(low), at(high));
+        std::vector<std::size_t> roots;
+        for (const auto& [low, high] : edges) roots.push_back(loops.find(at(low)));
+        std::sort(roots.begin(), roots.end());
+        report_.boundary_edges = static_cast<int>(edges.size());
+        report_.boundary_loops =
+            static_cast<int>(std::unique(roots.begin(), roots.end()) - roots.begin());
+        warn(counted(report_.boundary_loops, "boundary", "boundaries") +
+             fmt::format(" of together {} edges, the first at vertex {}", report_.boundary_edges,
+                         edges.front()[0] + 1));
+    }
+
+    void count_non_manifold_edges() {
         std::vector<Side> sides;
         sides.reserve(faces_.size() * 3);
         for (const Face& face : faces_) {
@@ -107,8 +125,6 @@ class ReportBuilder {
             }
         }
         std::sort(sides.begin(), sides.end());
-        DisjointSets loops(at(rings_.vertex_count()));
-        std::vector<int> on_boundary;
         Side first{};
         for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
             const Side& side = sides[begin];
@@ -116,32 +132,16 @@ class ReportBuilder {
                    sides[end].high == side.high) {
                 ++end;
             }
-            if (end - begin == 1) {
-                ++report_.boundary_edges;
-                loops.join(at(side.low), at(side.high));
-                on_boundary.push_back(side.low);
-            } else if (end - begin > 2 || side.upwards == sides[begin + 1].upwards) {
+            if (end - begin == 1) continue;
+            if (end - begin > 2 || side.upwards == sides[begin + 1].upwards) {
                 if (report_.non_manifold_edges++ == 0) first = side;
             }
         }
-        count_loops(loops, on_boundary);
         if (report_.non_manifold_edges == 0) return;
         warn(counted(report_.non_manifold_edges, "edge is", "edges are") +
              fmt::format(" not manifold (more than two faces, or two of opposite orientation), the "
                          "first between the vertices {} and {}",
                          first.low + 1, first.high + 1));
-    }
-
-    void count_loops(DisjointSets& loops, const std::vector<int>& on_boundary) {
-        std::vector<std::size_t> roots;
-        for (const int vertex : on_boundary) roots.push_back(loops.find(at(vertex)));
-        std::sort(roots.begin(), roots.end());
-        report_.boundary_loops =
-            static_cast<int>(std::unique(roots.begin(), roots.end()) - roots.begin());
-        if (report_.boundary_edges == 0) return;
-        warn(counted(report_.boundary_loops, "boundary", "boundaries") +
-             fmt::format(" of together {} edges, the first at vertex {}", report_.boundary_edges,
-                         *std::min_element(on_boundary.begin(), on_boundary.end()) + 1));
     }
 
     /// Place of `neighbor` in the ring of `vertex`, counted over all rings.
@@ -181,7 +181,7 @@ class ReportBuilder {
     }
 
     void count_components() {
-        const std::vector<int> component = connected_components(rings_);
+        const std::vector<int> component = mesh_.components();
         std::vector<char> in_face(component.size(), 0);
         for (const Face& face : faces_) {
             for (const int corner : face) in_face[at(corner)] = 1;
@@ -208,14 +208,15 @@ class ReportBuilder {
     void warn(std::string text) { report_.warnings.push_back(std::move(text)); }
 
     const std::vector<Face>& faces_;
+    const SurfaceMesh& mesh_;
     const OneRings& rings_;
     ConnectivityReport report_;
 };
 
 }  // namespace
 
-ConnectivityReport report_connectivity(const std::vector<Face>& faces, const OneRings& rings) {
-    return ReportBuilder(faces, rings).build();
+ConnectivityReport report_connectivity(const std::vector<Face>& faces, const SurfaceMesh& mesh) {
+    return ReportBuilder(faces, mesh).build();
 }
 
 }  // namespace mscomp

@@ -4,10 +4,11 @@
 #include <vector>
 
 #include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/surface_mesh.h"
 
 namespace mscomp {
 
-/// Counts what is odd about `faces`; `rings` are those of all their edges. Leaves faces_beside 0.
-ConnectivityReport report_connectivity(const std::vector<Face>& faces, const OneRings& rings);
+/// Counts what is odd about `faces`, of which `mesh` was made.
+ConnectivityReport report_connectivity(const std::vector<Face>& faces, const SurfaceMesh& mesh);
 
 }  // namespace mscomp

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "anchored_system.h"
 
+#include <algorithm>
+
 #include "mscomp/base/index.h"
 
 namespace mscomp {
@@ -72,14 +74,17 @@ AnchoredSystem::AnchoredSystem(MatrixEntries entries, int vertex_count,
     }
 }
 
-std::vector<Point> AnchoredSystem::solve(const std::vector<Point>& right_hand_sides) const {
-    std::vector<Lanes<4>> rows(at(unknown_count_)), work;
+std::vector<Lanes<4>> AnchoredSystem::rows_of_unknowns(const std::vector<Point>& points) const {
+    std::vector<Lanes<4>> rows(at(unknown_count_));
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
         if (unknown_[i] < 0) continue;
-        const auto& [x, y, z] = right_hand_sides[i];
+        const auto& [x, y, z] = points[i];
         rows[at(unknown_[i])] = {x, y, z, 0};
     }
-    if (factor_) factor_->solve(rows, work);
+    return rows;
+}
+
+std::vector<Point> AnchoredSystem::points_of_rows(const std::vector<Lanes<4>>& rows) const {
     std::vector<Point> result(unknown_.size(), Point{});
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
         if (unknown_[i] < 0) continue;
@@ -87,6 +92,29 @@ std::vector<Point> AnchoredSystem::solve(const std::vector<Point>& right_hand_si
         result[i] = {x, y, z};
     }
     return result;
+}
+
+std::vector<Point> AnchoredSystem::solve(const std::vector<Point>& right_hand_sides) const {
+    std::vector<Lanes<4>> rows = rows_of_unknowns(right_hand_sides), work;
+    if (factor_) factor_->solve(rows, work);
+    return points_of_rows(rows);
+}
+
+Eigen::VectorXd AnchoredSystem::whitened(const std::vector<Point>& right_hand_sides) const {
+    std::vector<Lanes<4>> rows = rows_of_unknowns(right_hand_sides), work;
+    if (factor_) factor_->solve_half(rows, work);
+    Eigen::VectorXd y(3 * unknown_count_);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        std::copy_n(rows[i].data(), 3, y.data() + 3 * i);
+    }
+    return y;
+}
+
+std::vector<Point> AnchoredSystem::from_whitened(const Eigen::Ref<const Eigen::VectorXd>& y) const {
+    std::vector<Lanes<4>> rows(at(unknown_count_), Lanes<4>{}), work;
+    for (std::size_t i = 0; i < rows.size(); ++i) std::copy_n(y.data() + 3 * i, 3, rows[i].data());
+    if (factor_) factor_->solve_transposed_half(rows, work);
+    return points_of_rows(rows);
 }
 
 void AnchoredSystem::solve(std::vector<Lanes<8>>& rows, std::vector<Lanes<8>>& work,

@@ -34,6 +34,7 @@ class AnchoredSystem {
     AnchoredSystem(MatrixEntries entries, int vertex_count, const std::vector<int>& anchors,
                    const std::string& name, const AnchoredSystem* like = nullptr);
 
+    int unknown_count() const { return unknown_count_; }
     /// (V) solution of three right-hand sides (V), 0 at the anchors whatever stands there.
     std::vector<Point> solve(const std::vector<Point>& right_hand_sides) const;
     /// The same in place for eight right-hand sides (V) side by side; `work` and `scratch` are
@@ -41,7 +42,15 @@ class AnchoredSystem {
     void solve(std::vector<Lanes<8>>& rows, std::vector<Lanes<8>>& work,
                std::vector<Lanes<8>>& scratch) const;
 
+    /// Coordinates y (3 numbers per unknown) in which the matrix A = C Cᵀ is the identity: y = C⁻¹
+    /// b of right-hand sides b (V), and x (V) = C⁻ᵀ y, 0 at the anchors.
+    Eigen::VectorXd whitened(const std::vector<Point>& right_hand_sides) const;
+    std::vector<Point> from_whitened(const Eigen::Ref<const Eigen::VectorXd>& y) const;
+
   private:
+    std::vector<Lanes<4>> rows_of_unknowns(const std::vector<Point>& points) const;
+    std::vector<Point> points_of_rows(const std::vector<Lanes<4>>& rows) const;
+
     std::vector<int> unknown_;  // (V) row of the system, -1 for the anchors
     int unknown_count_ = 0;
     std::optional<BlockCholesky> factor_;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <optional>
 
@@ -16,14 +15,13 @@
 #include "mscomp/base/index.h"
 #include "placement.h"
 #include "position_derivatives.h"
-#include "quasi_newton.h"
 #include "tangential_solve.h"
+#include "whitened_descent.h"
 
 namespace mscomp {
 namespace {
 
 constexpr double kLaplacianShare = 0.01;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Rounding a rotation vector of some turns to float32 leaves this residual.
 constexpr double kRounding = 2e-7;
 constexpr double kSmallestStep = 1e-8;  // of the size of the reference
@@ -52,16 +50,6 @@ double half_diagonal(const std::vector<Point>& points) {
         square += ((*high)[axis] - (*low)[axis]) * ((*high)[axis] - (*low)[axis]);
     }
     return 0.5 * std::sqrt(square);
-}
-
-Eigen::Map<const Eigen::VectorXd> flat(const std::vector<Point>& points) {
-    return {points.front().data(), static_cast<Eigen::Index>(3 * points.size())};
-}
-
-std::vector<Point> points_of(const Eigen::VectorXd& flat_points) {
-    std::vector<Point> points(at(flat_points.size()) / 3);
-    Eigen::Map<Eigen::VectorXd>(points.front().data(), flat_points.size()) = flat_points;
-    return points;
 }
 
 void check_handles(std::span<const Handle> handles, int vertex_count) {
@@ -154,26 +142,23 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
         state.equations.wanted(gradients_of_features(features, result.vertices.size()));
     state.tangential.apply(wanted, result.vertices);
     result.residual = state.tangential.residual(wanted, result.vertices);
-    std::vector<Point> derivative;
-    const auto energy = [&](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
-        const double value = state.equations.energy(points_of(x), wanted, derivative);
-        slope = flat(derivative);
-        return value;
+    const auto energy = [&](const std::vector<Point>& x, std::vector<Point>& derivative) {
+        return state.equations.energy(x, wanted, derivative);
     };
-    const auto precondition = [&](const Eigen::VectorXd& slope) -> Eigen::VectorXd {
-        return 0.5 * flat(state.system().solve(points_of(slope)));
-    };
-    Eigen::VectorXd x = flat(result.vertices);
-    QuasiNewtonOptions options;
-    options.largest_step = state.smallest_step;
     // Features of a mesh have their mesh already. Its own features need not come out again: where
     // a face has hardly any area, rounding turns its normal.
-    if (result.residual <= kRounding) options.least_value = kInfinity;
-    const QuasiNewtonResult found = minimize(energy, precondition, x, options);
-    result.vertices = points_of(x);
-    result.steps = found.steps;
-    result.converged = found.converged;
-    result.energy = relative_energy(found.value, wanted);
+    if (result.residual <= kRounding) {
+        std::vector<Point> unused;
+        result.energy = relative_energy(energy(result.vertices, unused), wanted);
+        result.converged = true;
+    } else {
+        DescentOptions options;
+        options.largest_step = state.smallest_step;
+        const DescentResult found = descend(energy, state.system(), result.vertices, options);
+        result.energy = relative_energy(found.value, wanted);
+        result.steps = found.steps;
+        result.converged = found.converged;
+    }
     state.placement.apply(like, result.vertices);
     return result;
 }

@@ -2,6 +2,7 @@
 #include "acap/edge_weights.h"
 #include "acap/rotation.h"
 #include "anchored_system.h"
+#include "mscomp/acap/mesh/surface_mesh.h"
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/index.h"
 #include "placement.h"
@@ -34,7 +35,7 @@ std::vector<Eigen::Vector3d> pulls_of(const OneRings& rings, const std::vector<d
 
 struct PoissonReconstruction::State {
     State(const TriangleMesh& mesh, EdgeWeights kind)
-        : rings(one_rings_of_faces(mesh.vertex_count(), mesh.faces)),
+        : rings(SurfaceMesh(mesh).rings()),
           weights(edge_weights(mesh, rings, kind).weights),
           reference(mesh.vertices),
           pulls(pulls_of(rings, weights, reference)),

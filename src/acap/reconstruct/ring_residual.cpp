@@ -30,7 +30,7 @@ struct PseudoEdge {
 
 PseudoEdge pseudo_edge(const RingShape& ring, const std::vector<Point>& points,
                        bool with_derivatives) {
-    const RingNormals normals = ring_normals(points, ring.faces, ring.rings);
+    const RingNormals normals = ring_normals(points, ring.faces, ring.around, ring.rings);
     Vector3d normal = normals.normal[0];
     double sign = 1;
     if (normals.folded[0] != 0 || ring.reference_folded) {
@@ -108,8 +108,13 @@ std::vector<RingShape> ring_shapes(const FeatureEquations& equations) {
                 local[k] = static_cast<int>(std::ranges::find(ring.members, face[k]) -
                                             ring.members.begin());
             }
+            ring.around.faces.push_back(static_cast<int>(ring.faces.size()));
             ring.faces.push_back(local);
         }
+    }
+    for (RingShape& ring : shapes) {
+        ring.around.offsets.assign(ring.members.size() + 1, static_cast<int>(ring.faces.size()));
+        ring.around.offsets.front() = 0;
     }
     return shapes;
 }

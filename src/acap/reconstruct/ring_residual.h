@@ -16,6 +16,7 @@ struct RingShape {
     std::vector<int> members;                   // (degree + 1) vertices
     OneRings rings;                             // only that of 0 has neighbours
     std::vector<Face> faces;                    // around the vertex
+    VertexFaces around;                         // only 0 has faces
     std::vector<Eigen::Vector3d> edge_factors;  // (degree) g_ij
     std::vector<Eigen::Vector3d> moments;       // (degree) c_ij e_ij
     Eigen::Vector3d normal_factor;              // g_i

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "mscomp/base/index.h"
 #include "relaxed_turns.h"
@@ -16,6 +17,8 @@ namespace {
 constexpr double kSameUnrest = 1e-4;
 // One turn changes an edge by up to (2π)² = 39; float vectors leave less than this over all edges.
 constexpr double kSmallestGain = 1e-6;
+// How far around what is not proved turns are relaxed.
+constexpr int kDoubtRings = 3;
 
 /// Copies of vertices that one search may look at.
 std::int64_t most_effort(const TurnProblem& problem) {
@@ -30,8 +33,9 @@ struct Candidate {
 /// The least energy of the searches from several starts, and the best of their bounds.
 class BestTurns {
   public:
-    BestTurns(const TurnProblem& problem, Candidate start)
-        : problem_(problem), best_(std::move(start)) {}
+    /// No turns have less energy than `bound`.
+    BestTurns(const TurnProblem& problem, Candidate start, double bound)
+        : problem_(problem), best_(std::move(start)), bound_(bound) {}
 
     /// Searches from `start`; true if the best is proved to be least.
     bool search_from(Candidate start) {
@@ -43,27 +47,77 @@ class BestTurns {
     }
     bool reached() const { return best_.energy <= bound_ + 1e-9 * (1 + best_.energy); }
     const Candidate& best() const { return best_; }
-    double bound() const { return std::min(bound_, best_.energy); }
+    /// Of what is proved the energy itself, without the rounding of another sum.
+    double bound() const { return reached() ? best_.energy : bound_; }
 
   private:
     const TurnProblem& problem_;
     Candidate best_;
-    double bound_ = 0;
+    double bound_;
 };
 
-/// The polished best of the cheap starts; where that is not proved best, the relaxation as well.
+/// What the least that each edge can reach alone says of some turns.
+struct TrivialBound {
+    double value = 0;           // no turns have less energy
+    std::vector<int> in_doubt;  // ends of edges that could reach less
+};
+
+TrivialBound trivial_bound(const TurnProblem& problem, const TurnProblem::Turns& turns) {
+    TrivialBound bound;
+    for (const auto& [i, j] : problem.graph().edges) {
+        const double least = problem.edge_minimum(i, j);
+        const double here =
+            (problem.rotation_vector(i, turns[at(i)]) - problem.rotation_vector(j, turns[at(j)]))
+                .squaredNorm();
+        bound.value += least;
+        if (here <= least + kSmallestGain) continue;
+        bound.in_doubt.push_back(i);
+        bound.in_doubt.push_back(j);
+    }
+    return bound;
+}
+
+/// `vertices` and what is at most `kDoubtRings` edges away from them, but no roots; ascending.
+std::vector<int> surroundings(const TurnProblem& problem, const std::vector<int>& vertices) {
+    const OneRings& rings = problem.graph().rings;
+    std::vector<char> found(at(problem.vertex_count()), 0);
+    std::vector<int> layer = vertices;
+    for (const int v : layer) found[at(v)] = 1;
+    for (int ring = 0; ring < kDoubtRings; ++ring) {
+        std::vector<int> next;
+        for (const int v : layer) {
+            for (int place = rings.offsets[at(v)]; place < rings.offsets[at(v) + 1]; ++place) {
+                const int j = rings.neighbors[at(place)];
+                if (std::exchange(found[at(j)], 1) == 0) next.push_back(j);
+            }
+        }
+        layer = std::move(next);
+    }
+    std::vector<int> result;
+    for (int v = 0; v < problem.vertex_count(); ++v) {
+        if (found[at(v)] != 0 && !problem.is_root(v)) result.push_back(v);
+    }
+    return result;
+}
+
+/// Propagation where each edge's own bound proves it. Elsewhere the relaxation is the start of the
+/// search, or what has less energy; where that proves nothing the other starts follow.
 Candidate best_turns(const TurnProblem& problem, ConsistencySummary& summary) {
     Candidate principal{TurnProblem::Turns(at(problem.vertex_count()), 0), 0};
     principal.energy = summary.principal_energy = problem.energy(principal.turns);
     Candidate propagated{problem.propagated(), 0};
     propagated.energy = summary.propagation_energy = problem.energy(propagated.turns);
-    if (propagated.energy < principal.energy) std::swap(principal, propagated);
-    BestTurns best(problem, principal);
-    if (!best.search_from(principal)) {
-        Candidate relaxed{relaxed_turns(problem), 0};
+    if (principal.energy < propagated.energy) std::swap(principal, propagated);
+    const TrivialBound trivial = trivial_bound(problem, propagated.turns);
+    BestTurns best(problem, propagated, trivial.value);
+    if (!best.reached()) {
+        Candidate relaxed{
+            relaxed_turns(problem, propagated.turns, surroundings(problem, trivial.in_doubt)), 0};
         relaxed.energy = summary.relaxation_energy = problem.energy(relaxed.turns);
-        for (Candidate* start : {&propagated, &relaxed}) {
-            start->energy += polish_vertices(problem, start->turns);
+        relaxed.energy += polish_vertices(problem, relaxed.turns);
+        if (propagated.energy < relaxed.energy) std::swap(propagated, relaxed);
+        for (Candidate* start : {&relaxed, &propagated, &principal}) {
+            if (start != &relaxed) start->energy += polish_vertices(problem, start->turns);
             if (best.search_from(std::move(*start))) break;
         }
     }

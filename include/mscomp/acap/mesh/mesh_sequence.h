@@ -50,9 +50,7 @@ struct ConnectivityReport {
         warnings;  // one sentence each: count and first place, from 1 as in OBJ
 };
 
-/// The connectivity of a validated mesh, held by OpenMesh: the manifold part as half-edges, faces
-/// that would make it non-manifold beside it. One-rings of all edges, those of the faces beside it
-/// included, ascending: equal to one_rings_of_faces.
+/// One-rings of a SurfaceMesh, and what is odd about it.
 struct SurfaceConnectivity {
     OneRings rings;
     ConnectivityReport report;
