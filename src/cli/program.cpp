@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/cli/program.h"
+#include "cli/program.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -17,11 +17,11 @@
 #include <system_error>
 #include <vector>
 
+#include "cli/signals.h"
 #include "command_pages.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/nearest_name.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/cli/signals.h"
-#include "mscomp/config/nearest_name.h"
 
 namespace mscomp {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/cli/signals.h"
+#include "cli/signals.h"
 
 #include <unistd.h>
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "config_values.h"
-#include "mscomp/config/nearest_name.h"
+#include "mscomp/base/nearest_name.h"
 #include "mscomp/kinds/kinds.h"
 
 namespace mscomp {

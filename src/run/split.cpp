@@ -12,6 +12,7 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/path_from.h"
 #include "mscomp/base/random.h"
 
 namespace mscomp {
@@ -94,10 +95,6 @@ Split resolve_split(const SplitConfig& config, int shape_count, const std::strin
         }
     }
     return split;
-}
-
-std::string path_from(const std::string& folder, const std::string& path) {
-    return (std::filesystem::path(folder) / path).string();
 }
 
 }  // namespace mscomp

@@ -8,9 +8,9 @@
 
 #include "config/config_values.h"
 #include "mscomp/base/atomic_file.h"
-#include "mscomp/config/nearest_name.h"
+#include "mscomp/base/nearest_name.h"
+#include "mscomp/base/path_from.h"
 #include "mscomp/kinds/kinds.h"
-#include "mscomp/run/split.h"
 #include "sweep_points.h"
 #include "sweep_table.h"
 

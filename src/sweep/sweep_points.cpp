@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "config/config_values.h"
-#include "mscomp/config/nearest_name.h"
+#include "mscomp/base/nearest_name.h"
 
 namespace mscomp {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/cli/program.h"
+#include "cli/program.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "base/temporary_folder.h"
+#include "cli/nearest_name.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/cli/nearest_name.h"
 
 namespace mscomp {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/cli/progress.h"
+#include "cli/progress.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

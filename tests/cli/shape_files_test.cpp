@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/cli/shape_files.h"
+#include "cli/shape_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,6 +9,7 @@
 
 #include "base/temporary_folder.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/path_from.h"
 
 namespace mscomp {
 namespace {

@@ -20,8 +20,4 @@ struct Split {
 /// file and line (no index, out of range, repeated).
 Split resolve_split(const SplitConfig& config, int shape_count, const std::string& config_folder);
 
-/// `path` if absolute, otherwise counted from `folder`: how file names in a configuration are
-/// meant.
-std::string path_from(const std::string& folder, const std::string& path);
-
 }  // namespace mscomp

@@ -41,10 +41,6 @@ class QuietOpenMesh {
     bool was_enabled_;
 };
 
-bool is_degenerate(const Face& face) {
-    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
 Edge edge_between(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 void check_range(int vertex_count, const std::vector<Face>& faces) {

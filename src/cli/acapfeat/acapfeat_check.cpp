@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "acapfeat_commands.h"
+#include "cli/progress.h"
 #include "mesh_inputs.h"
 #include "mscomp/acap/check.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
-#include "mscomp/cli/progress.h"
 
 namespace mscomp {
 namespace {

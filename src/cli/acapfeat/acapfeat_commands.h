@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/cli/program.h"
+#include "cli/program.h"
 
 namespace CLI {
 class App;

@@ -8,6 +8,8 @@
 
 #include "acapfeat_commands.h"
 #include "cli/number_of.h"
+#include "cli/progress.h"
+#include "cli/shape_files.h"
 #include "convert_formats.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
@@ -16,8 +18,6 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
-#include "mscomp/cli/shape_files.h"
 #include "mscomp/convert/array_files.h"
 #include "mscomp/convert/authors_text.h"
 #include "mscomp/convert/splocs_file.h"

@@ -13,6 +13,7 @@
 
 #include "acapfeat_commands.h"
 #include "cli/number_of.h"
+#include "cli/progress.h"
 #include "mesh_inputs.h"
 #include "mscomp/acap/extract.h"
 #include "mscomp/acap/feature_file.h"
@@ -21,7 +22,6 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
 
 namespace mscomp {
 namespace {

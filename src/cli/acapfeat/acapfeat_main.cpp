@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "acapfeat_commands.h"
-#include "mscomp/cli/program.h"
+#include "cli/program.h"
 
 int main(int argc, char** argv) {
     mscomp::wait_asleep(argv);

@@ -9,6 +9,8 @@
 #include <optional>
 
 #include "acapfeat_commands.h"
+#include "cli/progress.h"
+#include "cli/shape_files.h"
 #include "handle_file.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
@@ -18,8 +20,6 @@
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/base/parallel.h"
-#include "mscomp/cli/progress.h"
-#include "mscomp/cli/shape_files.h"
 #include "mscomp/eval/measures.h"
 
 namespace mscomp {

@@ -10,7 +10,7 @@
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
-#include "mscomp/run/split.h"
+#include "mscomp/base/path_from.h"
 
 namespace mscomp {
 namespace {

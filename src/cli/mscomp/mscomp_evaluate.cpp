@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/progress.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
 #include "mscomp/report/evaluation.h"
 #include "mscomp_commands.h"
 

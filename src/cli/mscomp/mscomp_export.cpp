@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/progress.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
 #include "mscomp/report/component_export.h"
 #include "mscomp_commands.h"
 

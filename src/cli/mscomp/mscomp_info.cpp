@@ -6,8 +6,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/program.h"
 #include "mscomp/base/index.h"
-#include "mscomp/cli/program.h"
 #include "mscomp/model/components.h"
 #include "mscomp/run/trained_run.h"
 #include "mscomp_commands.h"

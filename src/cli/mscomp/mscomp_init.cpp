@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "mscomp/cli/program.h"
+#include "cli/program.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/kinds/kinds.h"
 #include "mscomp_commands.h"

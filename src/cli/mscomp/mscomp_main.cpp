@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
 
-#include "mscomp/cli/program.h"
+#include "cli/program.h"
 #include "mscomp_commands.h"
 
 int main(int argc, char** argv) {

@@ -6,12 +6,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/progress.h"
+#include "cli/shape_files.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
-#include "mscomp/cli/shape_files.h"
 #include "mscomp/eval/measures.h"
 #include "mscomp/run/shape_decoder.h"
 #include "mscomp_commands.h"

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/number_of.h"
+#include "cli/progress.h"
 #include "cli/seed_option.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
 #include "mscomp/model/code_statistics.h"
 #include "mscomp/report/sample_shapes.h"
 #include "mscomp_commands.h"

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/progress.h"
 #include "mscomp/base/error.h"
-#include "mscomp/cli/progress.h"
 #include "mscomp/sweep/sweep.h"
 #include "mscomp_commands.h"
 #include "training_progress.h"

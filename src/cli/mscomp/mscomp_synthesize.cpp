@@ -9,13 +9,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/progress.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/nearest_name.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
-#include "mscomp/config/nearest_name.h"
 #include "mscomp/model/synthesis.h"
 #include "mscomp/report/component_sheets.h"
 #include "mscomp/run/component_meshes.h"

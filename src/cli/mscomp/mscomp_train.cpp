@@ -6,13 +6,13 @@
 #include <memory>
 #include <optional>
 
+#include "cli/progress.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/cli/progress.h"
+#include "mscomp/base/path_from.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/run/peak_memory.h"
-#include "mscomp/run/split.h"
 #include "mscomp/run/training_run.h"
 #include "mscomp_commands.h"
 #include "training_progress.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mscomp/config/nearest_name.h"
+#include "mscomp/base/nearest_name.h"
 
 #include <algorithm>
 #include <numeric>
