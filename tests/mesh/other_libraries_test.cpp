@@ -8,7 +8,7 @@
 
 #include "mesh/generated_meshes.h"
 #include "mesh/other_readers.h"
-#include "polygon_mesh.h"
+#include "acap/mesh/polygon_mesh.h"
 
 namespace mscomp {
 namespace {

@@ -37,7 +37,8 @@ VertexOrder random_order(int vertices) {
 }
 
 ScaledFeatures scaled(const ShapeFeatures& shapes) {
-    return {shapes, {0.1, -0.2, 0.3, 1, 0, 0, 1, 0, 1}, {0.7, 0.7, 0.7, 3.3, 3.3, 3.3, 0, 5, 1e-3}};
+    return {shapes,
+            {{0.1, -0.2, 0.3, 1, 0, 0, 1, 0, 1}, {0.7, 0.7, 0.7, 3.3, 3.3, 3.3, 0, 5, 1e-3}}};
 }
 
 /// Features in memory, with something to be done before each shape is handed out.

@@ -105,10 +105,9 @@ TEST_F(MixedTrainingTest, CodesAreThoseOfTheShapes) {
         Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
         trainer.start();
         for (int epoch = 0; epoch < 2; ++epoch) trainer.run_epoch();
-        const std::vector<std::vector<float>> codes = trainer.codes();
-        ASSERT_EQ(codes.size(), 2U);
-        EXPECT_EQ(codes[0].size(), std::size_t{kShapes} * 3);
-        EXPECT_EQ(codes[1].size(), std::size_t{kShapes} * 6);
+        const CodeTable codes = trainer.codes();
+        ASSERT_EQ(codes.code_count, 3 + 6);
+        ASSERT_EQ(codes.shape_count(), kShapes);
         for (std::size_t shape = 0; shape < kShapes; ++shape) {
             const std::vector<int> alone{static_cast<int>(shape)};
             model->load_batch(std::span<const float>(problem.features),
@@ -116,7 +115,7 @@ TEST_F(MixedTrainingTest, CodesAreThoseOfTheShapes) {
             model->forward();
             const std::vector<float> wanted = model->codes(0);
             for (std::size_t k = 0; k < 3; ++k) {
-                EXPECT_NEAR(codes[0][shape * 3 + k], wanted[k], 1e-5) << "shape " << shape;
+                EXPECT_NEAR(codes.shape(alone[0])[k], wanted[k], 1e-5) << "shape " << shape;
             }
         }
     }

@@ -48,8 +48,8 @@ TEST_F(ModelFileTest, KeepsItsContext) {
     EXPECT_EQ(file.context().reference.faces, problem_.mesh.faces);
     EXPECT_EQ(file.context().scale.factor[8], 2.0);
     EXPECT_EQ(file.context().train_shapes, problem_.shapes);
-    ASSERT_EQ(file.codes().size(), 2u);
-    EXPECT_EQ(file.codes()[1].size(), 12u * 3 * 2);
+    EXPECT_EQ(file.codes().code_count, 3 + 6);
+    EXPECT_EQ(file.codes().shape_count(), 12);
 }
 
 // Every array in the vertex order of the user, under its name.
@@ -90,7 +90,7 @@ TEST_F(ModelFileTest, HoldsAnyNumberOfChannels) {
         context.reference = problem_.mesh;
         context.train_shapes = problem_.shapes;
         const std::string path = temporary("model.safetensors");
-        write_network(path, *model, context, {}, {std::vector<float>(12 * 4)});
+        write_network(path, *model, context, {}, {4, std::vector<float>(12 * 4)});
         const SafetensorsFile file(path);
         const int weights = model->component_weights(0);
         EXPECT_TRUE(
@@ -180,7 +180,7 @@ TEST_F(ModelFileTest, RestoresCentres) {
     ModelContext context;
     context.reference = problem_.mesh;
     context.train_shapes = problem_.shapes;
-    std::vector<std::vector<float>> codes{std::vector<float>(12 * 3), std::vector<float>(12 * 6)};
+    CodeTable codes{9, std::vector<float>(12 * 9)};
     const std::string path = temporary("centres.safetensors");
     write_network(path, *model, context, trainer.state(), codes);
     const auto loaded = problem_.make_model();
@@ -204,7 +204,7 @@ TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
     context.train_shapes = problem_.shapes;
     model->set_centers(0, {0, 1, 2});
     model->set_centers(1, {0, 1, 2, 3, 4, 5});
-    std::vector<std::vector<float>> codes{std::vector<float>(12 * 3), std::vector<float>(12 * 6)};
+    CodeTable codes{9, std::vector<float>(12 * 9)};
     const std::string path = temporary("model.safetensors");
     const auto load = [&] {
         write_network(path, *model, context, {}, codes);
@@ -215,9 +215,9 @@ TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
     std::swap(context.train_shapes[0], context.train_shapes[1]);
     EXPECT_THROW(load(), CheckpointError) << "shapes in disorder";
     context.train_shapes = problem_.shapes;
-    codes[1].resize(11 * 6);
+    codes.values.resize(11 * 9);
     EXPECT_THROW(load(), CheckpointError) << "a shape without codes";
-    codes[1].resize(12 * 6);
+    codes.values.resize(12 * 9);
     model->set_centers(0, {0, 1, -1});
     EXPECT_THROW(load(), CheckpointError) << "a component without centre";
     model->set_centers(0, {0, 1, 2});

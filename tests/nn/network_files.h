@@ -12,7 +12,7 @@ namespace mscomp::nn {
 
 inline void write_network(const std::string& path, Model<float>& model, const ModelContext& context,
                           const TrainingState& state, const CodeTable& codes) {
-    write_network(path, Network(model, context.scale), context, state, codes);
+    write_model(path, Network(model, context.scale), context, state, codes);
 }
 
 inline void load_network(const ModelFile& file, Model<float>& model) {

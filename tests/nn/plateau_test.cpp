@@ -20,7 +20,7 @@ namespace {
 struct Trial {
     SmallTraining& problem;
     std::unique_ptr<StackedModel<float>> model = problem.make_model();
-    Trainer trainer{*model, problem.config, problem.features, problem.shapes};
+    Trainer trainer{*model, problem.config.train, problem.features, problem.shapes};
 
     explicit Trial(SmallTraining& of) : problem(of) { trainer.start(); }
 

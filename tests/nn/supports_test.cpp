@@ -269,7 +269,7 @@ TEST_F(Supports, GrowOnlyAgainstThePenalty) {
 
 // Training decides anew who acts.
 TEST_F(Supports, AreAdaptedByTraining) {
-    Trainer trainer(model(), problem_.config, problem_.features, problem_.shapes);
+    Trainer trainer(model(), problem_.config.train, problem_.features, problem_.shapes);
     trainer.start();
     model().set_acting(1, std::vector<std::uint8_t>(model().acting(1).size(), 1));
     EXPECT_LT(trainer.run_epoch().touched, 0.9);
