@@ -9,6 +9,7 @@
 
 #include "acap/deformation_gradient.h"
 #include "acap/polar.h"
+#include "acap/turns/consistency.h"
 #include "mscomp/generate/generate.h"
 #include "turn_cases.h"
 
@@ -16,7 +17,6 @@ namespace mscomp {
 namespace {
 
 using namespace cases;
-constexpr double kPi = std::numbers::pi;
 constexpr double kLength = 10;
 constexpr int kAround = 12, kRings = 24;
 
