@@ -21,6 +21,8 @@ namespace mscomp::cases {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+inline constexpr double kPi = std::numbers::pi;
+
 inline Vector3d vec(const Point& p) { return {p[0], p[1], p[2]}; }
 inline Point point(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 

@@ -14,7 +14,6 @@ namespace mscomp {
 namespace {
 
 using namespace cases;
-constexpr double kPi = std::numbers::pi;
 
 double energy(const ConsistencyGraph& graph, const Field& r) {
     double sum = 0;

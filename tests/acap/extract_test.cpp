@@ -25,7 +25,6 @@ using namespace cases;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
-constexpr double kPi = std::numbers::pi;
 
 void expect_reference_feature(const FeatureSet& set, double tolerance) {
     for (int n = 0; n < set.shape_count(); ++n) {

@@ -26,7 +26,7 @@ TriangleMesh several_parts() {
     return mesh;
 }
 
-std::vector<TriangleMesh> meshes() {
+std::vector<TriangleMesh> small_meshes() {
     return {bumpy_sphere(2), shapes::grid(6, 5), several_parts()};
 }
 
@@ -119,7 +119,7 @@ TEST(RotationLeftJacobian, IsTheDerivativeOfTheExponential) {
 // Features on a grid of 2^-15 are exact in float, so only the h⁴ of the differences is left.
 TEST(PositionDerivatives, AreThoseOfPoisson) {
     constexpr float h = 1.0F / 128;
-    for (const TriangleMesh& mesh : meshes()) {
+    for (const TriangleMesh& mesh : small_meshes()) {
         const PoissonReconstruction poisson(mesh, EdgeWeights::cotangent);
         const std::vector<float> features = some_features(mesh, 1);
         const std::vector<Direction> directions = some_directions(mesh, 11);

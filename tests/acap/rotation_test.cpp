@@ -9,7 +9,6 @@ namespace mscomp {
 namespace {
 
 using namespace cases;
-constexpr double kPi = std::numbers::pi;
 
 TEST(Rotation, ExpOfLogIsTheRotation) {
     Draws draws(1);

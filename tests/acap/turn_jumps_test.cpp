@@ -10,7 +10,6 @@ namespace mscomp {
 namespace {
 
 using namespace cases;
-constexpr double kPi = std::numbers::pi;
 
 double jump(const TurnProblem& problem, const TurnProblem::Turns& turns, int i, int j) {
     return (problem.rotation_vector(i, turns[at(i)]) - problem.rotation_vector(j, turns[at(j)]))

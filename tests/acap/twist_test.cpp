@@ -17,7 +17,6 @@ namespace mscomp {
 namespace {
 
 using namespace cases;
-constexpr double kPi = std::numbers::pi;
 constexpr double kLength = 10;
 constexpr int kAround = 12, kRings = 24;
 

@@ -39,7 +39,7 @@ std::vector<float> all_rows() {
     return values;
 }
 
-const std::vector<double> kDoubles{0.5, -1e300, 3};
+const std::vector<double> kThreeDoubles{0.5, -1e300, 3};
 
 SafetensorsPieceWriter writer_in(const TemporaryFolder& folder, std::size_t reserve = 0) {
     return {folder / "t",
@@ -54,7 +54,7 @@ void write_row(SafetensorsPieceWriter& writer, std::int64_t index) {
 }
 
 void write_all(SafetensorsPieceWriter& writer) {
-    writer.write("doubles", 0, std::span<const double>(kDoubles));
+    writer.write("doubles", 0, std::span<const double>(kThreeDoubles));
     parallel_for(kRows, [&](std::int64_t i) { write_row(writer, kRows - 1 - i); });
 }
 
@@ -63,7 +63,7 @@ TEST(SafetensorsPieces, GiveTheBytesOfAFileWrittenAtOnce) {
     const std::vector<float> values = all_rows();
     SafetensorsWriter whole;
     whole.add("rows", {kRows, kWidth}, std::span<const float>(values));
-    whole.add("doubles", {3}, std::span<const double>(kDoubles));
+    whole.add("doubles", {3}, std::span<const double>(kThreeDoubles));
     whole.set_metadata("key", "value");
     whole.write(folder / "whole");
     for (const int threads : {1, 2, 7}) {
@@ -93,7 +93,7 @@ TEST(SafetensorsPieces, CanBeReadAndWrittenAgain) {
     writer.finish();
     const SafetensorsFile file(folder / "t");
     EXPECT_TRUE(std::ranges::equal(file.data<float>("rows", {kRows, kWidth}), values));
-    EXPECT_THAT(file.data<double>("doubles", {3}), testing::ElementsAreArray(kDoubles));
+    EXPECT_THAT(file.data<double>("doubles", {3}), testing::ElementsAreArray(kThreeDoubles));
 }
 
 TEST(SafetensorsPieces, AppearOnlyWhenFinishedAndLeaveNothingOtherwise) {
@@ -165,7 +165,7 @@ TEST(SafetensorsPieces, ThatAreMissingOrDoNotFitAreABug) {
     const TemporaryFolder folder;
     SafetensorsPieceWriter writer = writer_in(folder);
     const auto refusal = [](auto&& call) { return thrown_message<std::logic_error>(call); };
-    writer.write("doubles", 0, std::span<const double>(kDoubles));
+    writer.write("doubles", 0, std::span<const double>(kThreeDoubles));
     EXPECT_THAT(refusal([&] { writer.finish(); }),
                 HasSubstr("'rows' was never written from element 0 on"));
     write_row(writer, 0);

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/thrown_message.h"
+#include "bytes_of.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
@@ -18,10 +19,6 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using namespace std::string_literals;
-
-std::span<const std::byte> bytes_of(const std::string& text) {
-    return std::as_bytes(std::span<const char>(text.data(), text.size()));
-}
 
 template <class T>
 std::string raw(const std::vector<T>& values) {

@@ -9,6 +9,7 @@
 
 #include "base/temporary_folder.h"
 #include "base/thrown_message.h"
+#include "bytes_of.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 
@@ -16,10 +17,6 @@ namespace mscomp {
 namespace {
 
 using testing::HasSubstr;
-
-std::span<const std::byte> bytes_of(const std::string& text) {
-    return std::as_bytes(std::span<const char>(text.data(), text.size()));
-}
 
 template <class T>
 std::string field(T value) {
@@ -81,7 +78,7 @@ std::string unpacked(const ZipEntry& entry) {
 }
 
 /// The message of reading or unpacking the archive.
-std::string refusal(const std::string& bytes) {
+std::string zip_refusal(const std::string& bytes) {
     const std::string message = thrown_message<InputError>([&] {
         for (const ZipEntry& entry : read_zip_entries(bytes_of(bytes), "x.zip")) unpacked(entry);
     });
@@ -135,24 +132,24 @@ TEST(Zip, WhatIsWrittenIsReadAndHasTheSameBytesEveryTime) {
 TEST(Zip, RefusesWhatIsTruncated) {
     const std::string bytes = archive({{"a", "alpha"}, {"b", "beta", true}});
     for (std::size_t length = 0; length < bytes.size(); ++length) {
-        refusal(bytes.substr(0, length));
+        zip_refusal(bytes.substr(0, length));
     }
-    EXPECT_THAT(refusal("no archive"), HasSubstr("not a zip archive"));
-    EXPECT_THAT(refusal(bytes + "x"), HasSubstr("not a zip archive"));
-    EXPECT_THAT(refusal("x" + bytes), HasSubstr("directory should be"));
+    EXPECT_THAT(zip_refusal("no archive"), HasSubstr("not a zip archive"));
+    EXPECT_THAT(zip_refusal(bytes + "x"), HasSubstr("not a zip archive"));
+    EXPECT_THAT(zip_refusal("x" + bytes), HasSubstr("directory should be"));
 }
 
 TEST(Zip, RefusesFilesThatWereAltered) {
     Part part{"a", "alpha"};
     part.packed = "alphx";
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("does not match its checksum"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("does not match its checksum"));
     part = {"a", "alpha", true};
     part.crc ^= 1;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("does not match its checksum"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("does not match its checksum"));
     part = {"a", std::string(1000, 'a') + "b", true};
     part.packed[part.packed.size() / 2] =
         static_cast<char>(part.packed[part.packed.size() / 2] ^ 16);
-    EXPECT_THAT(refusal(archive({part})),
+    EXPECT_THAT(zip_refusal(archive({part})),
                 testing::AnyOf(HasSubstr("damaged"), HasSubstr("checksum")));
 }
 
@@ -160,67 +157,67 @@ TEST(Zip, RefusesSizesThatAreNotTrue) {
     Part part{"a", std::string(1000, 'a'), true};
     for (const std::uint64_t size : {0U, 1U, 999U, 1001U, 60000000U}) {
         part.size = size;
-        EXPECT_THAT(refusal(archive({part})), HasSubstr("damaged")) << size;
+        EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("damaged")) << size;
     }
     part = {"a", "alpha"};
     part.size = 6;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("stored with 5 bytes instead of 6"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("stored with 5 bytes instead of 6"));
     part.packed_size = part.size = 4000000000U;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("truncated"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("truncated"));
     part = {"a", std::string(1000, 'a'), true};
     part.packed += "left over";
     part.packed_size = part.packed.size();
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("damaged"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("damaged"));
 }
 
 // Memory grows with what is there, not with what is claimed; and what is there may not explode.
 TEST(Zip, RefusesBombs) {
     Part part{"a", "alpha", true};
     part.size = 4000000000U;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("would unpack to 4000000000 bytes"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("would unpack to 4000000000 bytes"));
     const std::string bomb = archive({{"a", std::string(90U << 20, '\0'), true}});
-    EXPECT_THAT(refusal(bomb), HasSubstr("would unpack to 94371840 bytes"));
+    EXPECT_THAT(zip_refusal(bomb), HasSubstr("would unpack to 94371840 bytes"));
     std::vector<Part> half(2, {"a", std::string(45U << 20, '\0'), true});
     half[1].name = half[1].local_name = "b";
-    EXPECT_THAT(refusal(archive(half)), HasSubstr("'b' would unpack"));
+    EXPECT_THAT(zip_refusal(archive(half)), HasSubstr("'b' would unpack"));
 }
 
 TEST(Zip, RefusesTooManyFiles) {
     std::vector<Part> parts;
     for (int i = 0; i < 1001; ++i) parts.push_back({std::to_string(i), ""});
-    EXPECT_THAT(refusal(archive(parts)), HasSubstr("1001 files, wanted at most 1000"));
+    EXPECT_THAT(zip_refusal(archive(parts)), HasSubstr("1001 files, wanted at most 1000"));
 }
 
 TEST(Zip, RefusesFilesThatOverlap) {
     Part first{"a", "alpha"}, second{"a", "alpha"};
     second.position_shift = -static_cast<std::int64_t>(36);
-    EXPECT_THAT(refusal(archive({first, second})), HasSubstr("twice"));
+    EXPECT_THAT(zip_refusal(archive({first, second})), HasSubstr("twice"));
     // One file whose content is another file, which the directory names too.
     const std::string inner = archive({{"b", "beta"}}).substr(0, 35);
     Part outer{"a", inner}, hidden{"b", "beta"};
     hidden.position_shift = -static_cast<std::int64_t>(inner.size());
-    EXPECT_THAT(refusal(archive({outer, hidden})), HasSubstr("overlap"));
+    EXPECT_THAT(zip_refusal(archive({outer, hidden})), HasSubstr("overlap"));
 }
 
 TEST(Zip, RefusesADirectoryThatContradictsItsFiles) {
     Part part{"a", "alpha"};
     part.local_name = "b";
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("differs from its entry"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("differs from its entry"));
     part = {"a", "alpha"};
     part.position_shift = 3;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("where no file begins"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("where no file begins"));
     part.position_shift = 2000000000;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("where no file begins"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("where no file begins"));
 }
 
 TEST(Zip, RefusesWhatItCannotRead) {
     Part part{"a", "alpha"};
     part.flags = 1;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("encrypted"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("encrypted"));
     part.flags = 0;
     part.method = 12;
-    EXPECT_THAT(refusal(archive({part})), HasSubstr("method 12"));
-    EXPECT_THAT(refusal(archive({{"a", "alpha"}}, "", 1)), HasSubstr("split"));
+    EXPECT_THAT(zip_refusal(archive({part})), HasSubstr("method 12"));
+    EXPECT_THAT(zip_refusal(archive({{"a", "alpha"}}, "", 1)), HasSubstr("split"));
 }
 
 }  // namespace

@@ -22,11 +22,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kRoot = fs::path(MSCOMP_TESTS_DIR).parent_path();
+const fs::path kRootFolder = fs::path(MSCOMP_TESTS_DIR).parent_path();
 
 std::vector<fs::path> pages() {
-    std::vector<fs::path> found{kRoot / "README.md", kRoot / "CHANGELOG.md"};
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs")) {
+    std::vector<fs::path> found{kRootFolder / "README.md", kRootFolder / "CHANGELOG.md"};
+    for (const auto& entry : fs::recursive_directory_iterator(kRootFolder / "docs")) {
         if (entry.path().extension() == ".md") found.push_back(entry.path());
     }
     return found;
@@ -75,7 +75,7 @@ TEST(Pages, LinkToFilesAndHeadingsThatExist) {
 std::set<std::string> tests_in_sources() {
     static const std::regex kTest(R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\))");
     std::set<std::string> names;
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRootFolder / "tests")) {
         if (entry.path().extension() != ".cpp") continue;
         const std::string text = read_file(entry.path().string());
         for (const std::smatch& test : all_matches(text, kTest)) {
@@ -89,7 +89,7 @@ std::set<std::string> tests_in_sources() {
 TEST(Claims, NameTestsThatExist) {
     static const std::regex kName(R"(`(?!Suite\.)([A-Z]\w*)\.(\*|[A-Z]\w*)`)");
     const std::set<std::string> tests = tests_in_sources();
-    const std::string text = read_file((kRoot / "docs/claims.md").string());
+    const std::string text = read_file((kRootFolder / "docs/claims.md").string());
     const std::vector<std::smatch> claimed = all_matches(text, kName);
     EXPECT_GT(claimed.size(), 100U);
     for (const std::smatch& name : claimed) {
@@ -128,7 +128,7 @@ class EquationsPage : public testing::Test {
 // The papers' equations, followed in another language, give the numbers in the file.
 TEST_F(EquationsPage, ExampleAgreesWithTheFileToRounding) {
     if (run("/usr/bin/python3 -c 'import numpy'") != 0) GTEST_SKIP() << "no numpy";
-    const std::string page = read_file((kRoot / "docs/from-equations-to-file.md").string());
+    const std::string page = read_file((kRootFolder / "docs/from-equations-to-file.md").string());
     for (const std::string& command :
          {std::string("acapfeat generate twist -o bar --turns 0.75 --frames 6 --vertices 100 "
                       "--thickness 1"),

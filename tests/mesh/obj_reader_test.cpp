@@ -16,6 +16,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/random.h"
+#include "two_triangles.h"
 
 namespace mscomp {
 namespace {
@@ -26,17 +27,7 @@ using testing::StartsWith;
 
 const std::string kPlain = "v 0 0 0\nv 1 0.5 0\nv 1 1 -2e-3\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
 
-const std::vector<Point> kPoints{{0, 0, 0}, {1, 0.5, 0}, {1, 1, -2e-3}, {0, 1, 0}};
-const std::vector<Face> kFaces{{0, 1, 2}, {0, 2, 3}};
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
-        text.replace(at, from.size(), to);
-    }
-    return text;
-}
-
-std::string message_of(const std::string& text) {
+std::string obj_message(const std::string& text) {
     return thrown_message<InputError>([&] { parse_obj(text, "a.obj"); });
 }
 
@@ -107,7 +98,7 @@ void PrintTo(const BadObj& bad, std::ostream* out) { *out << bad.name; }
 class RefusedObj : public testing::TestWithParam<BadObj> {};
 
 TEST_P(RefusedObj, SaysWhereWhatWasGotAndWhatWasExpected) {
-    const std::string message = message_of(GetParam().text);
+    const std::string message = obj_message(GetParam().text);
     EXPECT_THAT(message, StartsWith(GetParam().start));
     for (const std::string& part : GetParam().parts) EXPECT_THAT(message, HasSubstr(part));
 }
@@ -212,13 +203,13 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(ObjReader, CountsWindowsAndOldMacLinesAlike) {
     const std::string bad = kPlain + "f 1 2 x\n";
-    EXPECT_THAT(message_of(bad), StartsWith("a.obj:7:7: "));
-    EXPECT_THAT(message_of(replaced(bad, "\n", "\r\n")), StartsWith("a.obj:7:7: "));
-    EXPECT_THAT(message_of(replaced(bad, "\n", "\r")), StartsWith("a.obj:7:7: "));
+    EXPECT_THAT(obj_message(bad), StartsWith("a.obj:7:7: "));
+    EXPECT_THAT(obj_message(replaced(bad, "\n", "\r\n")), StartsWith("a.obj:7:7: "));
+    EXPECT_THAT(obj_message(replaced(bad, "\n", "\r")), StartsWith("a.obj:7:7: "));
 }
 
 TEST(ObjReader, LongTokensAreCutInMessages) {
-    const std::string message = message_of("v 0 0 " + std::string(100000, 'z'));
+    const std::string message = obj_message("v 0 0 " + std::string(100000, 'z'));
     EXPECT_LT(message.size(), 200u);
 }
 
@@ -280,7 +271,7 @@ TEST(ObjReader, ReadsWhatIsTooSmallAsZeroOfItsSign) {
         EXPECT_EQ(read("-" + text), 0) << text;
         EXPECT_TRUE(std::signbit(read("-" + text))) << text;
     }
-    EXPECT_THAT(message_of("v 1e5000 0 0\nf 1 1 1\n"), HasSubstr("not beyond 1.8e308"));
+    EXPECT_THAT(obj_message("v 1e5000 0 0\nf 1 1 1\n"), HasSubstr("not beyond 1.8e308"));
 }
 
 // However a file is cut, the outcome is an error with its name or a mesh: never a crash.

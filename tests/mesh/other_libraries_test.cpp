@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acap/mesh/polygon_mesh.h"
 #include "mesh/generated_meshes.h"
 #include "mesh/other_readers.h"
-#include "acap/mesh/polygon_mesh.h"
 
 namespace mscomp {
 namespace {

@@ -9,6 +9,7 @@
 #include "base/thrown_message.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
+#include "two_triangles.h"
 
 namespace mscomp {
 namespace {
@@ -17,28 +18,20 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const std::vector<Point> kPoints{{0, 0, 0}, {1, 0.5, 0}, {1, 1, -2}, {0, 1, 0}};
-const std::vector<Face> kFaces{{0, 1, 2}, {0, 2, 3}};
+const std::vector<Point> kPlyPoints{{0, 0, 0}, {1, 0.5, 0}, {1, 1, -2}, {0, 1, 0}};
 
 const std::string kHeader =
     "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 4\nproperty float x\nproperty float "
     "y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
 const std::string kData = "0 0 0\n1 0.5 0\n1 1 -2\n0 1 0\n3 0 1 2\n3 0 2 3\n";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
-        text.replace(at, from.size(), to);
-    }
-    return text;
-}
-
-std::string message_of(const std::string& bytes) {
+std::string ply_message(const std::string& bytes) {
     return thrown_message<InputError>([&] { parse_ply(bytes, "a.ply"); });
 }
 
 void expect_the_mesh(const std::string& bytes) {
     const TriangleMesh mesh = parse_ply(bytes, "a.ply");
-    EXPECT_EQ(mesh.vertices, kPoints);
+    EXPECT_EQ(mesh.vertices, kPlyPoints);
     EXPECT_EQ(mesh.faces, kFaces);
 }
 
@@ -60,7 +53,7 @@ std::string binary(const std::string& coordinate, const std::string& count,
                         coordinate + " y\nproperty " + coordinate +
                         " z\nelement face 2\nproperty list " + count + " " + index +
                         " vertex_index\nend_header\n";
-    for (const Point& point : kPoints) {
+    for (const Point& point : kPlyPoints) {
         for (const double x : point) bytes += bytes_of<Coordinate>(x, big);
     }
     for (const Face& face : kFaces) {
@@ -120,7 +113,7 @@ TEST(PlyReader, FindsTheStartOfBinaryDataForEveryLineEnd) {
         const std::size_t first = bytes.size() - (sound.size() - data);
         bytes[first] = '\n';
         const TriangleMesh mesh = parse_ply(bytes, "a.ply");
-        EXPECT_EQ(mesh.vertices[1], kPoints[1]);
+        EXPECT_EQ(mesh.vertices[1], kPlyPoints[1]);
         EXPECT_EQ(mesh.faces, kFaces);
     }
 }
@@ -144,12 +137,12 @@ struct BadPly {
     std::vector<std::string> parts;
 };
 void PrintTo(const BadPly& bad, std::ostream* out) { *out << bad.name; }
-std::string case_name(const testing::TestParamInfo<BadPly>& info) { return info.param.name; }
+std::string ply_case_name(const testing::TestParamInfo<BadPly>& info) { return info.param.name; }
 
 class RefusedPly : public testing::TestWithParam<BadPly> {};
 
 TEST_P(RefusedPly, SaysWhereWhatWasGotAndWhatWasExpected) {
-    const std::string message = message_of(GetParam().bytes);
+    const std::string message = ply_message(GetParam().bytes);
     EXPECT_THAT(message, StartsWith(GetParam().start));
     for (const std::string& part : GetParam().parts) EXPECT_THAT(message, HasSubstr(part));
 }
@@ -251,15 +244,15 @@ INSTANTIATE_TEST_SUITE_P(
                "a.ply: face 2 of 2 ",
                {"200"}},
         BadPly{"BinaryRowsLeft", with_patch(4, std::string(5, '\1')), "a.ply: face 2 of 2 ", {}}),
-    case_name);
+    ply_case_name);
 
 TEST(PlyReader, EveryTruncationOfABinaryFileIsNoticed) {
     const std::string sound =
         binary<float, std::uint8_t, std::int32_t>("float", "uchar", "int", true);
     for (std::size_t size = 0; size < sound.size(); ++size) {
-        EXPECT_THAT(message_of(sound.substr(0, size)), StartsWith("a.ply:"));
+        EXPECT_THAT(ply_message(sound.substr(0, size)), StartsWith("a.ply:"));
     }
-    EXPECT_THAT(message_of(sound + "xy"),
+    EXPECT_THAT(ply_message(sound + "xy"),
                 AllOf(HasSubstr("2 bytes"), HasSubstr("end of the file")));
 }
 

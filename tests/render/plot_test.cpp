@@ -19,7 +19,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 /// An element of a document: its name, its attributes and the text behind its tag.
 struct Element {
@@ -116,7 +116,7 @@ TEST(Ticks, OfOneValueAreAroundIt) {
 }
 
 TEST(Ticks, RefuseWhatHasNoAxis) {
-    EXPECT_THROW(round_ticks(0, kNaN, 8), UsageError);
+    EXPECT_THROW(round_ticks(0, kNothing, 8), UsageError);
     EXPECT_THROW(round_ticks(1, 0, 8), UsageError);
     EXPECT_THROW(log_ticks(0, 1, 8), UsageError);
 }
@@ -160,8 +160,8 @@ TEST(LinePlotSvg, PutsMarkersWhereTheTicksSay) {
 
 TEST(LinePlotSvg, LeavesOutWhatIsNotFinite) {
     LinePlot plot = three_and_two();
-    plot.series[0].y[1] = kNaN;
-    plot.series[1].y = {kNaN, kNaN};
+    plot.series[0].y[1] = kNothing;
+    plot.series[1].y = {kNothing, kNothing};
     const std::string svg = line_plot_svg(plot);
     EXPECT_EQ(of_class(svg, "marker").size(), 2u);
     EXPECT_THAT(svg, testing::Not(HasSubstr("nan")));
@@ -198,7 +198,7 @@ TEST(BarPlotSvg, HasBarsAsHighAsTheNumbers) {
                        "y",
                        AxisScale::linear,
                        {"one", "two", "three"},
-                       {{"a", {1, -2, 4}}, {"b", {3, kNaN, 2}}}};
+                       {{"a", {1, -2, 4}}, {"b", {3, kNothing, 2}}}};
     const std::vector<Element> bars = of_class(bar_plot_svg(plot), "bar");
     ASSERT_EQ(bars.size(), 5u);
     const double unit = number(bars[0]["height"]);

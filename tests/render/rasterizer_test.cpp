@@ -41,7 +41,7 @@ std::vector<Color> all(const TriangleMesh& mesh, const Color& color) {
     return std::vector<Color>(mesh.vertices.size(), color);
 }
 
-const Color kBlack{0, 0, 0}, kRed{1, 0, 0}, kBlue{0, 0, 1};
+const Color kBlack{0, 0, 0}, kRedVertex{1, 0, 0}, kBlueVertex{0, 0, 1};
 
 // Coverage with anti-aliasing is the area: 1.3 * 1.1 / 2 of 4 square units in 200 x 200 pixels.
 TEST(Rasterizer, CoversTheAreaOfATriangle) {
@@ -85,11 +85,11 @@ TEST(Rasterizer, LeavesNoGapBetweenTriangles) {
 TEST(Rasterizer, ShowsTheNearerFace) {
     for (const double red_depth : {-0.4, 0.4}) {
         TriangleMesh mesh = triangle(red_depth);
-        std::vector<Color> colors = all(mesh, kRed);
+        std::vector<Color> colors = all(mesh, kRedVertex);
         const TriangleMesh other = triangle(0);
         mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
         mesh.faces.push_back({3, 4, 5});
-        for (int i = 0; i < 3; ++i) colors.push_back(kBlue);
+        for (int i = 0; i < 3; ++i) colors.push_back(kBlueVertex);
         const Image image = render_mesh(mesh, colors, kFrontView, 60, 60);
         const std::array<int, 3> seen = pixel(image, 30, 30);
         // The viewer is at +z: what lies higher is nearer.
@@ -109,8 +109,8 @@ TEST(Rasterizer, ResolvesDepthWithinFaces) {
                              {1, 1, 0},
                              {-1, 1, 0}},
                             {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}}};
-    std::vector<Color> colors(8, kRed);
-    for (std::size_t i = 4; i < 8; ++i) colors[i] = kBlue;
+    std::vector<Color> colors(8, kRedVertex);
+    for (std::size_t i = 4; i < 8; ++i) colors[i] = kBlueVertex;
     const Image image = render_mesh(mesh, colors, kFrontView, 60, 60);
     EXPECT_EQ(pixel(image, 45, 20)[2], 0) << "red in front on the right";
     EXPECT_EQ(pixel(image, 15, 20)[0], 0) << "blue in front on the left";
@@ -130,7 +130,7 @@ TEST(Rasterizer, SmoothsEdges) {
 
 TEST(Rasterizer, ShowsColorsAndTheirBlend) {
     const TriangleMesh mesh = triangle(0);
-    const std::vector<Color> colors{kRed, kBlue, kBlue};
+    const std::vector<Color> colors{kRedVertex, kBlueVertex, kBlueVertex};
     const Image image = render_mesh(mesh, colors, kFrontView, 100, 100);
     const std::array<int, 3> left = pixel(image, 25, 70), right = pixel(image, 75, 70);
     EXPECT_GT(left[0], left[2]);
@@ -188,7 +188,8 @@ TEST(Rasterizer, RefusesWhatCannotBeDrawn) {
     const TriangleMesh mesh = triangle(0);
     EXPECT_THROW(render_mesh(TriangleMesh{}, {}, kFrontView, 10, 10), MeshError);
     EXPECT_THROW(render_mesh(mesh, {}, kFrontView, 0, 10), UsageError);
-    EXPECT_THROW(render_mesh(mesh, std::vector<Color>(2, kRed), kFrontView, 10, 10), MeshError);
+    EXPECT_THROW(render_mesh(mesh, std::vector<Color>(2, kRedVertex), kFrontView, 10, 10),
+                 MeshError);
     TriangleMesh broken = mesh;
     broken.vertices[1][2] = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(render_mesh(broken, {}, kFrontView, 10, 10), MeshError);
