@@ -128,6 +128,19 @@ TEST_F(Installed, ExampleIsBuiltByFindPackageAndWorks) {
     expect_example_works("built/extract_and_decode");
 }
 
+TEST_F(Installed, EveryExampleIsBuiltFromItsInstalledSources) {
+    int examples = 0;
+    for (const auto& entry : fs::directory_iterator(prefix_ + "/share/doc/mscomp/examples")) {
+        ++examples;
+        fs::remove_all(root_ + "/built");
+        const ShellOutcome configured = configure_folder(entry.path().string(), "");
+        ASSERT_EQ(configured.code, 0) << configured.out << configured.err;
+        const ShellOutcome built = run(MSCOMP_CMAKE " --build built");
+        EXPECT_EQ(built.code, 0) << built.out << built.err;
+    }
+    EXPECT_GE(examples, 2);
+}
+
 TEST_F(Installed, ExampleIsBuiltByPkgConfigAndWorks) {
     if (!is_installed("pkg-config")) GTEST_SKIP() << "no pkg-config";
     const ShellOutcome built = run(MSCOMP_CXX " '" + kExample + "/main.cpp' $(" + pkg_config() +
