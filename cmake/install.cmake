@@ -64,7 +64,15 @@ function(mscomp_source target result)
     set(${result} "${target};;;-l${target}" PARENT_SCOPE)
 endfunction()
 
-get_property(libraries GLOBAL PROPERTY MSCOMP_LIBRARIES)
+# Modules with headers for others, and what these stand on.
+get_property(modules GLOBAL PROPERTY MSCOMP_LIBRARIES)
+set(libraries "")
+foreach(name IN LISTS modules)
+    file(GLOB headers "include/mscomp/${name}/*.h" "include/mscomp/*/${name}/*.h")
+    if(headers)
+        mscomp_in_link_order(${name} libraries)
+    endif()
+endforeach()
 list(SORT libraries)
 set(programs acapfeat mscomp)
 

@@ -22,7 +22,7 @@ deformation components of them at several scales, measure and mix them.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmscomp-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-    "libceres-dev, libcli11-dev, libeigen3-dev, libfmt-dev, libopenmesh-dev, libsuitesparse-dev, libyaml-cpp-dev, nlohmann-json3-dev, zlib1g-dev")
+    "libceres-dev, libeigen3-dev, libfmt-dev, libopenmesh-dev, libsuitesparse-dev, libyaml-cpp-dev, nlohmann-json3-dev, zlib1g-dev")
 if(MSCOMP_HAS_HDF5)
     string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libhdf5-dev")
 endif()

@@ -24,7 +24,7 @@ std::string escaped(std::string_view text, std::string_view special) {
 }
 
 /// A word of bash and zsh in single quotes, which take everything but themselves.
-std::string shell_quoted(std::string_view text) {
+std::string single_quoted(std::string_view text) {
     std::string result = "'";
     for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
     return result + "'";
@@ -64,11 +64,11 @@ std::vector<std::string> command_names(const CommandText& program) {
 std::string bash_value(const CommandText& command, const OptionText& option) {
     std::string patterns;
     for (const std::string& name : option.names) {
-        patterns += (patterns.empty() ? "" : " | ") + shell_quoted(command.name + " " + name);
+        patterns += (patterns.empty() ? "" : " | ") + single_quoted(command.name + " " + name);
     }
     std::string body = "return";  // bash itself completes files
     if (!option.choices.empty()) {
-        body = "words=" + shell_quoted(joined(option.choices));
+        body = "words=" + single_quoted(joined(option.choices));
     } else if (!option.is_file) {
         body = "compopt +o default; return";
     }
@@ -113,15 +113,16 @@ std::string zsh_option(const OptionText& option) {
     if (option.is_argument) {
         const std::string action =
             option.choices.empty() ? "_files" : "(" + joined(option.choices) + ")";
-        return shell_quoted((option.is_repeated ? "*:" : ":") + option.names.front() + ":" + action);
+        return single_quoted((option.is_repeated ? "*:" : ":") + option.names.front() + ":" +
+                             action);
     }
     // An option that has been given is not offered again, under none of its names.
     const std::string once =
-        option.is_repeated ? shell_quoted("*") : shell_quoted("(" + joined(option.names) + ")");
+        option.is_repeated ? single_quoted("*") : single_quoted("(" + joined(option.names) + ")");
     const std::string names = option.names.size() == 1
                                   ? option.names.front()
                                   : fmt::format("{{{}}}", fmt::join(option.names, ","));
-    return once + names + shell_quoted(zsh_spec(option));
+    return once + names + single_quoted(zsh_spec(option));
 }
 
 std::string zsh_options(const CommandText& command, const std::string& indent) {
@@ -183,20 +184,20 @@ std::string bash_completion(const CommandText& program) {
             if (!option.is_argument && takes_value(option)) values += bash_value(command, option);
         }
         words += fmt::format("            {}\\ -*) words={} ;;\n", command.name,
-                             shell_quoted(joined(option_names(command))));
+                             single_quoted(joined(option_names(command))));
         const std::vector<std::string> choices = argument_choices(command);
         if (choices.empty()) continue;
-        words +=
-            fmt::format("            {}\\ *) words={} ;;\n", command.name, shell_quoted(joined(choices)));
+        words += fmt::format("            {}\\ *) words={} ;;\n", command.name,
+                             single_quoted(joined(choices)));
     }
-    return fmt::format(kBash, program.name, shell_quoted(joined(first)), values, words);
+    return fmt::format(kBash, program.name, single_quoted(joined(first)), values, words);
 }
 
 std::string zsh_completion(const CommandText& program) {
     std::string commands, branches;
     for (const CommandText& command : program.commands) {
-        commands += "\n        " +
-                    shell_quoted(escaped(command.name, ":") + ":" + escaped(command.description, ":\\"));
+        commands += "\n        " + single_quoted(escaped(command.name, ":") + ":" +
+                                                 escaped(command.description, ":\\"));
         branches += fmt::format("                {}) _arguments{} ;;\n", command.name,
                                 zsh_options(command, "                    "));
     }

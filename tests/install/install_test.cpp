@@ -22,7 +22,6 @@ using testing::HasSubstr;
 using testing::Not;
 
 const std::string kSources = fs::path(MSCOMP_TESTS_DIR).parent_path().string();
-const std::string kBuild = fs::path(MSCOMP_BIN_DIR).parent_path().string();
 const std::string kExample = kSources + "/docs/examples/extract_and_decode";
 const std::string kFirstPlace = "before_the_move";
 
@@ -31,12 +30,12 @@ class Installed : public testing::Test {
   protected:
     Installed() {
         const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-        root_ = kBuild + "/install_test/" + info->name();
+        root_ = build_folder() + "/install_test/" + info->name();
         prefix_ = root_ + "/prefix";
         fs::remove_all(root_);
         fs::create_directories(root_);
         const ShellOutcome outcome =
-            run(MSCOMP_CMAKE " --install '" + kBuild + "' --prefix " + kFirstPlace);
+            run(MSCOMP_CMAKE " --install '" + build_folder() + "' --prefix " + kFirstPlace);
         EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
         fs::rename(root_ + "/" + kFirstPlace, prefix_);
     }
@@ -129,6 +128,19 @@ TEST_F(Installed, ExampleIsBuiltByFindPackageAndWorks) {
     expect_example_works("built/extract_and_decode");
 }
 
+TEST_F(Installed, EveryExampleIsBuiltFromItsInstalledSources) {
+    int examples = 0;
+    for (const auto& entry : fs::directory_iterator(prefix_ + "/share/doc/mscomp/examples")) {
+        ++examples;
+        fs::remove_all(root_ + "/built");
+        const ShellOutcome configured = configure_folder(entry.path().string(), "");
+        ASSERT_EQ(configured.code, 0) << configured.out << configured.err;
+        const ShellOutcome built = run(MSCOMP_CMAKE " --build built");
+        EXPECT_EQ(built.code, 0) << built.out << built.err;
+    }
+    EXPECT_GE(examples, 2);
+}
+
 TEST_F(Installed, ExampleIsBuiltByPkgConfigAndWorks) {
     if (!is_installed("pkg-config")) GTEST_SKIP() << "no pkg-config";
     const ShellOutcome built = run(MSCOMP_CXX " '" + kExample + "/main.cpp' $(" + pkg_config() +
@@ -185,7 +197,8 @@ TEST_F(Installed, ArchivesCanGoIntoASharedLibrary) {
     EXPECT_EQ(linked.code, 0) << linked.err;
 }
 
-TEST_F(Installed, HeadersOfAModuleCompileWithItsComponentAlone) {
+// Its headers compile, and every function in it has what it calls, with nothing else linked.
+TEST_F(Installed, EveryComponentIsWholeByItself) {
     const std::string config = read_file(file("mscompConfig.cmake").string());
     const std::set<std::string> names = components(config);
     const fs::path include = file("error.h").parent_path().parent_path().parent_path();
@@ -205,9 +218,11 @@ TEST_F(Installed, HeadersOfAModuleCompileWithItsComponentAlone) {
     for (const auto& [name, source] : sources) {
         fs::create_directories(root_ + "/project");
         write_file(root_ + "/project/" + name + ".cpp", source);
-        lists += "find_package(mscomp REQUIRED COMPONENTS " + name + ")\nadd_library(use_" + name +
-                 " OBJECT " + name + ".cpp)\ntarget_link_libraries(use_" + name +
-                 " PRIVATE mscomp::" + name + ")\n";
+        const std::string target = "use_" + name;
+        lists += "find_package(mscomp REQUIRED COMPONENTS " + name + ")\nadd_library(" + target +
+                 " SHARED " + name + ".cpp)\ntarget_link_libraries(" + target +
+                 " PRIVATE $<LINK_LIBRARY:WHOLE_ARCHIVE,mscomp::" + name + ">)\n" +
+                 "target_link_options(" + target + " PRIVATE -Wl,--no-undefined)\n";
     }
     const ShellOutcome configured = configure(lists);
     ASSERT_EQ(configured.code, 0) << configured.out << configured.err;

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <string>
 
 #include "base/temporary_folder.h"
@@ -12,18 +11,15 @@
 namespace mscomp {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
-
-const std::string kBuild = fs::path(MSCOMP_BIN_DIR).parent_path().string();
 
 class Package : public testing::Test {
   protected:
     ShellOutcome run(const std::string& command) const { return run_in(folder_.path(), command); }
 
     void pack(const std::string& generator) const {
-        const ShellOutcome packed = run(MSCOMP_CPACK " --config '" + kBuild +
+        const ShellOutcome packed = run(MSCOMP_CPACK " --config '" + build_folder() +
                                         "/CPackConfig.cmake' -G " + generator + " -B packages");
         ASSERT_EQ(packed.code, 0) << packed.out << packed.err;
     }

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -11,6 +12,11 @@
 #include "mscomp/base/atomic_file.h"
 
 namespace mscomp {
+
+/// Where the programs were built.
+inline std::string build_folder() {
+    return std::filesystem::path(MSCOMP_BIN_DIR).parent_path().string();
+}
 
 struct ShellOutcome {
     int code = -1;
