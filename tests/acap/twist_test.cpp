@@ -9,6 +9,7 @@
 
 #include "acap/deformation_gradient.h"
 #include "acap/polar.h"
+#include "acap/turns/consistency.h"
 #include "mscomp/generate/generate.h"
 #include "turn_cases.h"
 
