@@ -91,20 +91,22 @@ AnchoredSystem metric_of_one_vertex(double value) {
     return {MatrixEntries{{1, 1, value}}, 2, {0}, "a metric"};
 }
 
-// Rosenbrock's valley, minimum 0 at (1, 1), from the usual start and with no idea of its Hessian.
+// Rosenbrock's valley, minimum 0 at (1, 1).
+double valley(const std::vector<Point>& p, std::vector<Point>& slope) {
+    const double u = 1 - p[1][0], v = p[1][1] - p[1][0] * p[1][0];
+    slope.assign(2, Point{});
+    slope[1] = {-2 * u - 400 * p[1][0] * v, 200 * v, 0};
+    return u * u + 100 * v * v;
+}
+
+// From the usual start and with no idea of its Hessian.
 TEST(WhitenedDescent, FollowsACurvedValley) {
-    const auto f = [](const std::vector<Point>& p, std::vector<Point>& slope) {
-        const double u = 1 - p[1][0], v = p[1][1] - p[1][0] * p[1][0];
-        slope.assign(2, Point{});
-        slope[1] = {-2 * u - 400 * p[1][0] * v, 200 * v, 0};
-        return u * u + 100 * v * v;
-    };
     std::vector<Point> x{{}, {-1.2, 1, 0}};
     DescentOptions options;
     options.largest_step = 1e-10;
     options.least_gain = 0;
     options.max_evaluations = 500;
-    const DescentResult found = descend(f, metric_of_one_vertex(500), x, options);
+    const DescentResult found = descend(valley, metric_of_one_vertex(500), x, options);
     EXPECT_LE(found.value, 1e-12);
     EXPECT_LE(std::hypot(x[1][0] - 1, x[1][1] - 1), 1e-5);
 }
@@ -113,18 +115,31 @@ TEST(WhitenedDescent, StopsAfterSoManyEvaluations) {
     int evaluations = 0;
     const auto f = [&](const std::vector<Point>& p, std::vector<Point>& slope) {
         ++evaluations;
-        slope.assign(2, Point{});
-        slope[1][0] = 4 * std::pow(p[1][0], 3);
-        return std::pow(p[1][0], 4);
+        return valley(p, slope);
     };
-    std::vector<Point> x{{}, {1, 0, 0}};
+    std::vector<Point> x{{}, {-1.2, 1, 0}}, slope;
+    const double start = valley(x, slope);
     DescentOptions options;
-    options.least_gain = 0;
     options.max_evaluations = 5;
-    const DescentResult found = descend(f, metric_of_one_vertex(1), x, options);
+    const DescentResult found = descend(f, metric_of_one_vertex(500), x, options);
     EXPECT_FALSE(found.converged);
-    EXPECT_LT(found.value, 1);
-    EXPECT_LE(evaluations, 5 + 3) << "a search along a line that was begun may end";
+    EXPECT_LT(found.value, start);
+    EXPECT_EQ(found.value, valley(x, slope));
+    EXPECT_LE(evaluations, 5 + 20) << "a search along a line that was begun may end";
+}
+
+// At the minimum there is nothing to do.
+TEST(WhitenedDescent, KnowsAMinimum) {
+    const auto f = [](const std::vector<Point>& p, std::vector<Point>& slope) {
+        slope.assign(2, Point{});
+        slope[1][0] = 2 * p[1][0];
+        return 1 + p[1][0] * p[1][0];
+    };
+    std::vector<Point> x{{}, {}};
+    const DescentResult found = descend(f, metric_of_one_vertex(1), x, {});
+    EXPECT_TRUE(found.converged);
+    EXPECT_EQ(found.steps, 0);
+    EXPECT_EQ(x[1], Point{});
 }
 
 // A function that only looks like a descent: the value never rises, and the end is honest.

@@ -89,11 +89,16 @@ class WhitenedFunction final : public ceres::FirstOrderFunction {
 /// Counts steps, and stops when they have become small or too many.
 class StepWatch final : public ceres::IterationCallback {
   public:
-    explicit StepWatch(Descent& descent) : descent_(descent), last_(descent.best.positions) {}
+    explicit StepWatch(Descent& descent)
+        : descent_(descent), value_(descent.best.value), last_(descent.best.positions) {}
+
+    /// After the last step that was counted.
+    double value() const { return value_; }
 
     ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
         if (iteration.iteration == 0) return ceres::SOLVER_CONTINUE;
         ++descent_.steps;
+        value_ = descent_.best.value;
         const std::vector<Point>& positions = descent_.best.positions;
         if (largest_difference(positions, last_) <= descent_.options.largest_step) {
             return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
@@ -105,11 +110,14 @@ class StepWatch final : public ceres::IterationCallback {
 
   private:
     Descent& descent_;
+    double value_;
     std::vector<Point> last_;
 };
 
+enum class End { converged, nothing_found, too_many };
+
 /// One start of Ceres from the best place.
-ceres::TerminationType run_from_best(Descent& descent) {
+End run_from_best(Descent& descent) {
     ceres::GradientProblemSolver::Options options;
     options.line_search_direction_type = ceres::LBFGS;
     options.max_lbfgs_rank = descent.options.memory;
@@ -125,7 +133,29 @@ ceres::TerminationType run_from_best(Descent& descent) {
     const ceres::GradientProblem problem(function);
     ceres::GradientProblemSolver::Summary summary;
     ceres::Solve(options, problem, y.data(), &summary);
-    return summary.termination_type;
+    // A last step with a small gain is not reported to the watch.
+    const bool fell = descent.best.value < watch.value();
+    if (fell) ++descent.steps;
+    switch (summary.termination_type) {
+        case ceres::USER_SUCCESS:
+            return End::converged;
+        case ceres::CONVERGENCE:
+            // Where a search along a line finds nothing Ceres may call the gain, 0, a small one.
+            return fell ? End::converged : End::nothing_found;
+        case ceres::FAILURE:
+            return End::nothing_found;
+        default:
+            return End::too_many;
+    }
+}
+
+/// How far the first step from the best place would move a coordinate.
+double next_step(const Descent& descent) {
+    double largest = 0;
+    for (const Point& step : descent.metric.solve(descent.best.derivative)) {
+        for (const double x : step) largest = std::max(largest, std::abs(0.5 * x));
+    }
+    return largest;
 }
 
 }  // namespace
@@ -139,11 +169,14 @@ DescentResult descend(const PositionFunction& f, const AnchoredSystem& metric,
     result.converged = descent.best.value <= 0 || metric.unknown_count() == 0;
     while (!result.converged && descent.evaluations < options.max_evaluations) {
         const double before = descent.best.value;
-        const ceres::TerminationType end = run_from_best(descent);
-        result.converged = end == ceres::CONVERGENCE || end == ceres::USER_SUCCESS;
-        // A line search that finds nothing may have been misled by the curvature that was kept: it
-        // is worth another start with the constant matrix, if there was any.
-        if (end != ceres::FAILURE || !(descent.best.value < before)) break;
+        const End end = run_from_best(descent);
+        result.converged = end == End::converged;
+        if (end == End::too_many) break;
+        // The curvature that was kept may have misled: once more with the constant matrix alone.
+        if (end == End::nothing_found && !(descent.best.value < before)) {
+            result.converged = next_step(descent) <= options.largest_step;
+            break;
+        }
     }
     result.value = descent.best.value;
     result.steps = descent.steps;

@@ -24,7 +24,7 @@ struct DescentResult {
     bool converged = false;
 };
 
-/// Lowers f from `positions` by L-BFGS steps of Ceres (GradientProblemSolver) in the whitened
+/// Lowers f, a sum of squares, from `positions` by L-BFGS steps of Ceres (GradientProblemSolver) in the whitened
 /// variables y = Cᵀ x of `metric` A = C Cᵀ, about half the Hessian of f: there the first guess of
 /// the inverse Hessian, the identity, is ½ A⁻¹. The anchors of the metric stay. The value never
 /// rises, and the result is the lowest point that was looked at.
