@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "reduced_normal_equations.h"
+#include "edit/reduced_normal_equations.h"
 
 #include <gtest/gtest.h>
 

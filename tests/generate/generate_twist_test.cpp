@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "acap_cases.h"
+#include "acap/acap_cases.h"
 #include "generated_cases.h"
 #include "mscomp/base/error.h"
 
