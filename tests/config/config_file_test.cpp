@@ -35,9 +35,6 @@ Refusal refusal_of(const std::string& yaml, const std::vector<std::string>& over
 
 Config with(const std::string& override) { return parse_config(kData, "c.yaml", {override}); }
 
-// Every field of a configuration, so that equality misses none of those the table has.
-std::string all_of(const Config& config) { return write_config(config, false); }
-
 TEST(ConfigFile, WhatIsLeftOutKeepsItsDefault) {
     Config defaults = default_config("stacked-attention");
     defaults.data.features = "f.safetensors";

@@ -12,9 +12,6 @@
 namespace mscomp {
 namespace {
 
-// Every field of a configuration, so that equality misses none of those the table has.
-std::string all_of(const Config& config) { return write_config(config, false); }
-
 Config config_with_no_default() {
     Config c = default_config("stacked-attention");
     stacked(c).model.attention = false;

@@ -19,7 +19,6 @@ namespace mscomp::nn {
 namespace {
 
 constexpr int kParents = 2, kChildren = 3, kComponents = 5;
-constexpr double kUnitRoundoff = 6e-8;
 
 struct Reading {
     std::string name;

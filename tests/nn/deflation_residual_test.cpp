@@ -38,9 +38,9 @@ std::pair<Vector, Vector> orthonormal(std::size_t size, std::uint64_t seed) {
 // explaining the square of its value; with few shapes and with many, which are added up
 // differently.
 TEST(DeflationResidual, FindsSingularVectors) {
-    constexpr int kVertices = 700;
+    constexpr int kManyVertices = 700;
     for (const std::size_t shapes : {8U, 60U}) {
-        const auto [u, w] = orthonormal(kVertices * 9, 1);
+        const auto [u, w] = orthonormal(kManyVertices * 9, 1);
         const auto [p, q] = orthonormal(shapes, 2);
         Vector rows(u.size() * shapes);
         for (std::size_t i = 0; i < u.size(); ++i) {
@@ -48,12 +48,12 @@ TEST(DeflationResidual, FindsSingularVectors) {
                 rows[i * shapes + m] = std::atanh(0.5 * u[i] * p[m] + 0.1 * w[i] * q[m]);
             }
         }
-        DeflationResidual residual(kVertices, static_cast<std::int64_t>(shapes));
+        DeflationResidual residual(kManyVertices, static_cast<std::int64_t>(shapes));
         residual.fill(rows.data(), static_cast<std::int64_t>(shapes), 0,
                       static_cast<std::int64_t>(shapes));
         residual.drop_silent_vertices();
-        ASSERT_EQ(residual.vertices().size(), std::size_t{kVertices});
-        std::vector<int> places(kVertices);
+        ASSERT_EQ(residual.vertices().size(), std::size_t{kManyVertices});
+        std::vector<int> places(kManyVertices);
         std::iota(places.begin(), places.end(), 0);
         EXPECT_NEAR(residual.energy(), 0.26, 1e-12);
 

@@ -15,24 +15,24 @@ namespace mscomp::nn {
 namespace {
 
 constexpr double kReach = 0.2;
-constexpr int kShapes = 8;
+constexpr int kRowShapes = 8;
 
-/// A sphere of 162 vertices with rows (V,9,kShapes) to be explained, and places within kReach.
+/// A sphere of 162 vertices with rows (V,9,kRowShapes) to be explained, and places within kReach.
 struct Ground {
     TriangleMesh mesh = shapes::icosphere(2);
     SphereDistances distances{mesh.vertices};
-    std::vector<double> rows = std::vector<double>(mesh.vertices.size() * 9 * kShapes);
+    std::vector<double> rows = std::vector<double>(mesh.vertices.size() * 9 * kRowShapes);
 
     double& at(int vertex, int channel, int shape) {
-        return rows[static_cast<std::size_t>((vertex * 9 + channel) * kShapes + shape)];
+        return rows[static_cast<std::size_t>((vertex * 9 + channel) * kRowShapes + shape)];
     }
     /// The vertices in the ball move along one channel, all by the code of the shape.
     void move_ball(int center, double radius, int channel, double size, std::uint64_t stream) {
         const CounterRandom random(2, stream);
         for (int v = 0; v < mesh.vertex_count(); ++v) {
             if (distances.row(center)[static_cast<std::size_t>(v)] > radius) continue;
-            for (int m = 0; m < kShapes; ++m) {
-                // A random sign: the energy of every vertex is kShapes size^2.
+            for (int m = 0; m < kRowShapes; ++m) {
+                // A random sign: the energy of every vertex is kRowShapes size^2.
                 const double sign = random.uniform(static_cast<std::uint64_t>(m)) < 0.5 ? -1 : 1;
                 at(v, channel, m) = std::atanh(size * sign);
             }
@@ -43,8 +43,8 @@ struct Ground {
         for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = 0.3 * random.normal(i);
     }
     DeflationResidual residual() const {
-        DeflationResidual result(mesh.vertex_count(), kShapes);
-        result.fill(rows.data(), kShapes, 0, kShapes);
+        DeflationResidual result(mesh.vertex_count(), kRowShapes);
+        result.fill(rows.data(), kRowShapes, 0, kRowShapes);
         result.drop_silent_vertices();
         return result;
     }
@@ -111,10 +111,10 @@ TEST(Deflation, PrefersABallToOneHotVertex) {
         const FoundComponent& hot = found[has_candidates ? 1 : 0];
         EXPECT_EQ(hot.center, kHot);
         EXPECT_LE(ground.distances.row(kBall)[static_cast<std::size_t>(ball.center)], kReach);
-        EXPECT_NEAR(hot.energy, kShapes * 0.64, 1e-9);
+        EXPECT_NEAR(hot.energy, kRowShapes * 0.64, 1e-9);
         EXPECT_GT(ball.energy, hot.energy);
-        EXPECT_NEAR(ball.energy, static_cast<double>(ball.direction.places.size()) * kShapes * 0.09,
-                    1e-9);
+        EXPECT_NEAR(ball.energy,
+                    static_cast<double>(ball.direction.places.size()) * kRowShapes * 0.09, 1e-9);
     }
 }
 

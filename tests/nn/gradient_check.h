@@ -11,6 +11,8 @@
 
 namespace mscomp::nn {
 
+inline constexpr double kUnitRoundoff = 6e-8;  // of float
+
 /// Result of comparing hand-written gradients with finite differences.
 struct GradientReport {
     double worst_error = 0;  // relative to the larger of the two and 1e-2 of the largest

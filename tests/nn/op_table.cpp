@@ -12,7 +12,7 @@
 namespace mscomp::nn {
 namespace {
 
-constexpr int kAutoencoders = 2, kComponents = 3;
+constexpr int kAutoencoders = 2, kComponentsEach = 3;
 
 template <class T>
 std::int64_t vertices(const OpFixture<T>& f) {
@@ -39,12 +39,12 @@ Var rows(OpFixture<T>& f, const char* name, std::int64_t autoencoders = kAutoenc
 
 template <class T>
 Var weights(OpFixture<T>& f, double scale = 0.3) {
-    return random_input(f, "C", {kAutoencoders, kComponents, vertices(f), 9}, scale);
+    return random_input(f, "C", {kAutoencoders, kComponentsEach, vertices(f), 9}, scale);
 }
 
 template <class T>
 Var codes(OpFixture<T>& f, double scale = 1.0) {
-    return random_input(f, "codes", {kAutoencoders, kComponents, lanes(f)}, scale);
+    return random_input(f, "codes", {kAutoencoders, kComponentsEach, lanes(f)}, scale);
 }
 
 template <class T>
@@ -60,7 +60,7 @@ void conv(OpFixture<T>& f, bool transposed, Activation activation) {
 template <class T>
 Var weights_with_centers(OpFixture<T>& f) {
     const Var c = weights(f);
-    for (int row = 0; row < kAutoencoders * kComponents; ++row) {
+    for (int row = 0; row < kAutoencoders * kComponentsEach; ++row) {
         const std::int64_t v = (5 * row + 3) % vertices(f);
         f.tape.value(c)[static_cast<std::size_t>((row * vertices(f) + v) * 9)] = T{4};
     }
@@ -86,7 +86,7 @@ void fused_level(OpFixture<T>& f, bool has_children) {
     level.decoder_w_own = level.w_own;
     level.decoder_w_ring = level.w_ring;
     level.decoder_bias = random_input(f, "decoder_bias", {count, 9}, 0.2);
-    level.component_weights = random_input(f, "C", {count, kComponents, vertices(f), 9}, 0.1);
+    level.component_weights = random_input(f, "C", {count, kComponentsEach, vertices(f), 9}, 0.1);
     level.keeps_residual = has_children;
     f.supports = std::make_unique<LevelSupports>(f.rings->rings, static_cast<int>(count));
     const AutoencoderOutputs outputs = autoencoder(f.tape, *f.rings, level, f.lanes, *f.supports);
@@ -128,7 +128,8 @@ std::vector<OpCase<T>> stacked_op_table() {
         {"masked_residual",
          [](F& f) {
              const Var x = rows(f, "x"), y = rows(f, "y");
-             const Var mask = random_input(f, "mask", {kAutoencoders * kComponents, vertices(f)});
+             const Var mask =
+                 random_input(f, "mask", {kAutoencoders * kComponentsEach, vertices(f)});
              f.output = masked_residual(f.tape, x, y, mask, true);
          }},
         {"masked_residual without mask",

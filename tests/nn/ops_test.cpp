@@ -23,7 +23,6 @@ namespace mscomp::nn {
 namespace {
 
 constexpr double kGradientTolerance = 1e-6;
-constexpr double kUnitRoundoff = 6e-8;
 
 using CaseAndSize = std::tuple<OpCase<double>, FixtureSize>;
 

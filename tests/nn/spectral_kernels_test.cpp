@@ -15,7 +15,7 @@
 namespace mscomp::nn {
 namespace {
 
-constexpr int kVertices = 20, kRows = kVertices * 9;
+constexpr int kGridVertices = 20, kRows = kGridVertices * 9;
 
 template <class T>
 AlignedVector<T> random_values(int count, std::uint64_t stream) {
@@ -28,14 +28,14 @@ AlignedVector<T> random_values(int count, std::uint64_t stream) {
 /// Runs every kernel of a table on the same random data; returns all outputs one after the other.
 template <class T>
 std::vector<double> run_all(const SpectralKernels<T>& k, int lanes, int components) {
-    const OneRings rings = one_rings_of_faces(kVertices, shapes::grid(5, 4).faces);
+    const OneRings rings = one_rings_of_faces(kGridVertices, shapes::grid(5, 4).faces);
     const auto edges = static_cast<int>(rings.neighbors.size());
     const AlignedVector<T> x = random_values<T>(kRows * lanes, 1),
                            g = random_values<T>(kRows * lanes, 2);
     const AlignedVector<T> weights = random_values<T>(components * kRows + 1, 3);
     const AlignedVector<T> codes = random_values<T>(components * lanes, 4);
     const AlignedVector<T> theta = random_values<T>(3 * 81, 5), edge = random_values<T>(edges, 6);
-    const GraphMatrix<T> matrix{kVertices, rings.offsets.data(), rings.neighbors.data(),
+    const GraphMatrix<T> matrix{kGridVertices, rings.offsets.data(), rings.neighbors.data(),
                                 edge.data(), T(0.3)};
     std::vector<double> results;
     const auto keep = [&](const AlignedVector<T>& values) {
@@ -43,13 +43,13 @@ std::vector<double> run_all(const SpectralKernels<T>& k, int lanes, int componen
     };
     Ahead ahead;
     AlignedVector<T> y(x.size()), z(codes.size()), out(x.size());
-    k.laplacian(matrix, x.data(), 9 * lanes, T{2}, g.data(), 0, kVertices, y.data());
+    k.laplacian(matrix, x.data(), 9 * lanes, T{2}, g.data(), 0, kGridVertices, y.data());
     keep(y);
-    k.laplacian(matrix, x.data(), 9 * lanes, T{1}, nullptr, 3, kVertices, out.data());
+    k.laplacian(matrix, x.data(), 9 * lanes, T{1}, nullptr, 3, kGridVertices, out.data());
     keep(out);
     const T* terms[3] = {x.data(), g.data(), y.data()};
     for (const bool use_tanh : {false, true}) {
-        k.filter(terms, 3, theta.data(), use_tanh, lanes, kVertices, out.data());
+        k.filter(terms, 3, theta.data(), use_tanh, lanes, kGridVertices, out.data());
         keep(out);
     }
     AlignedVector<T> slope = g;
@@ -58,10 +58,10 @@ std::vector<double> run_all(const SpectralKernels<T>& k, int lanes, int componen
     AlignedVector<T> lane_weight(static_cast<std::size_t>(lanes), T{1});
     lane_weight.back() = 0;
     results.push_back(
-        k.error_slope(x.data(), lane_weight.data(), T{0.5}, lanes, kVertices, out.data()));
+        k.error_slope(x.data(), lane_weight.data(), T{0.5}, lanes, kGridVertices, out.data()));
     keep(out);
     AlignedVector<T> sums(81 * 16);
-    k.outer_9x9(x.data(), g.data(), lanes, kVertices, sums.data());
+    k.outer_9x9(x.data(), g.data(), lanes, kGridVertices, sums.data());
     for (int i = 0; i < 81; ++i) {
         double sum = 0;
         for (int n = 0; n < 16; ++n)
@@ -82,16 +82,16 @@ std::vector<double> run_all(const SpectralKernels<T>& k, int lanes, int componen
     k.outer(transposed.data(), padded, components, x.data(), lanes, active, kRows, scratch.data(),
             kRows, grad.data() + 1);
     keep(grad);
-    AlignedVector<T> lengths(kVertices), moments = random_values<T>(kRows, 8);
+    AlignedVector<T> lengths(kGridVertices), moments = random_values<T>(kRows, 8);
     for (T& m : moments) m *= m;
     for (const int channels : {9, 4}) {
-        results.push_back(k.lengths(weights.data() + 1, channels, kVertices, lengths.data()));
+        results.push_back(k.lengths(weights.data() + 1, channels, kGridVertices, lengths.data()));
         keep(lengths);
-        double distances[kVertices];
-        for (int v = 0; v < kVertices; ++v) distances[v] = 0.05 * v;
-        results.push_back(k.outside(distances, lengths.data(), 0.3, kVertices));
+        double distances[kGridVertices];
+        for (int v = 0; v < kGridVertices; ++v) distances[v] = 0.05 * v;
+        results.push_back(k.outside(distances, lengths.data(), 0.3, kGridVertices));
         AlignedVector<T> shrunk = weights;
-        k.shrink(moments.data(), distances, lengths.data(), 0.3, T(0.5), channels, kVertices,
+        k.shrink(moments.data(), distances, lengths.data(), 0.3, T(0.5), channels, kGridVertices,
                  shrunk.data() + 1);
         keep(shrunk);
     }

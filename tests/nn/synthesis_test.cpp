@@ -148,11 +148,11 @@ void expect_near(const Moments& drawn, const Moments& wanted) {
 const CodeTable kCodes{
     3,
     {1.0F, 2.0F, 10.0F, 3.0F, 3.5F, 14.0F, -1.0F, 0.5F, 7.0F, 2.0F, 2.0F, 11.0F, 0.0F, 4.0F, 9.0F}};
-constexpr int kShapes = 5;
+constexpr int kTrainingShapes = 5;
 
 std::vector<std::vector<float>> training_rows() {
     std::vector<std::vector<float>> rows;
-    for (int m = 0; m < kShapes; ++m) {
+    for (int m = 0; m < kTrainingShapes; ++m) {
         rows.emplace_back(kCodes.shape(m).begin(), kCodes.shape(m).end());
     }
     return rows;
@@ -160,12 +160,12 @@ std::vector<std::vector<float>> training_rows() {
 
 TEST(CodeSampler, FittedHasMeanAndCovarianceOfTheTrainingCodes) {
     expect_near(drawn_moments(CodeSampler(CodeDistribution::fitted, kCodes, 7)),
-                moments_of(training_rows(), kShapes - 1.0));
+                moments_of(training_rows(), kTrainingShapes - 1.0));
 }
 
 // The same without covariances.
 TEST(CodeSampler, IndependentHasMeanAndVariancesOnly) {
-    Moments wanted = moments_of(training_rows(), kShapes - 1.0);
+    Moments wanted = moments_of(training_rows(), kTrainingShapes - 1.0);
     for (std::size_t i = 0; i < 9; ++i) {
         if (i % 4 != 0) wanted.covariance[i] = 0;
     }
