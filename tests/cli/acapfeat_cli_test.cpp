@@ -12,7 +12,7 @@
 #include <string>
 
 #include "base/temporary_folder.h"
-#include "cli/config_file.h"
+#include "mscomp/config/config_file.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
@@ -336,7 +336,7 @@ TEST_F(Programs, ResultsThatCannotBePrintedAreAnIoError) {
 TEST_F(Programs, InitPrintsAConfigurationThatReads) {
     const Outcome outcome = run("mscomp init stacked-attention");
     EXPECT_EQ(outcome.code, 0);
-    EXPECT_EQ(outcome.out, write_config(default_config("stacked-attention"), true));
+    EXPECT_EQ(outcome.out, config_template("stacked-attention"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cli/program.h"
+#include "cli/signals.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@
 #include <vector>
 
 #include "base/temporary_folder.h"
-#include "cli/nearest_name.h"
+#include "mscomp/base/nearest_name.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
@@ -123,7 +124,7 @@ TEST(Program, TheFirstSignalIsAFlagThatCommandsLookAt) {
             throw_if_interrupted("not yet");
             std::raise(signal);
             EXPECT_TRUE(interrupted());
-            EXPECT_EQ(interrupt_signal(), signal);
+            EXPECT_EQ(requested_stop(), signal);
             throw_if_interrupted("saved; go on with --resume");
             FAIL();
         });

@@ -180,8 +180,8 @@ TEST_P(EveryKindOfRun, EncodesDecodesAndFits) {
     }
 }
 INSTANTIATE_TEST_SUITE_P(Kinds, EveryKindOfRun, testing::ValuesIn(kind_names()),
-                         [](const auto& info) {
-                             std::string name = info.param;
+                         [](const auto& kind) {
+                             std::string name = kind.param;
                              std::erase(name, '-');
                              return name;
                          });
