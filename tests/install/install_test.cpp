@@ -257,9 +257,12 @@ TEST_F(Installed, ComponentsLookForWhatTheyAreLinkedWithOnly) {
 
 TEST_F(Installed, AnotherMinorVersionIsAnotherLibrary) {
     EXPECT_EQ(configure("find_package(mscomp 0.1 REQUIRED COMPONENTS base)\n").code, 0);
-    const ShellOutcome newer = configure("find_package(mscomp 0.99 REQUIRED COMPONENTS base)\n");
-    EXPECT_NE(newer.code, 0);
-    EXPECT_THAT(newer.err, HasSubstr("0.99"));
+    for (const std::string other : {"0.0", "0.99"}) {
+        const ShellOutcome refused =
+            configure("find_package(mscomp " + other + " REQUIRED COMPONENTS base)\n");
+        EXPECT_NE(refused.code, 0) << other;
+        EXPECT_THAT(refused.err, HasSubstr("version \"" + other + "\""));
+    }
 }
 
 TEST_F(Installed, ProgramsPagesAndCompletionsAreThere) {

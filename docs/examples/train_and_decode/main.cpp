@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Trains a model on every other shape of a feature file, says how well it gives back the others, and
-// writes the mesh of the end of its strongest component: train_and_decode FEATURES RUN MESH.obj
+// Trains a model on every other shape of a feature file, says how well it gives back the others,
+// and writes the mesh of the end of its strongest component: train_and_decode FEATURES RUN MESH.obj
 #include <mscomp/acap/mesh/mesh_io.h>
 #include <mscomp/base/error.h>
 #include <mscomp/config/config_file.h>
