@@ -61,7 +61,7 @@ class Trainer {
     void require_finite(float loss);
 
     Model<float>& model_;
-    TrainConfig config_;
+    const TrainConfig& config_;
     std::unique_ptr<MemoryFeatures> memory_;
     std::unique_ptr<MixedFeatures> mixed_;  // none if there are shapes enough
     ScaledFeatures features_;

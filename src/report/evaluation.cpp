@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -56,6 +57,13 @@ std::string split_of(const EvaluationOptions& options, const TrainedRun& run,
                         options.split, file.path()));
     }
     return options.split;
+}
+
+void require_one_of(const char* what, const std::string& value,
+                    std::initializer_list<const char*> known) {
+    if (std::ranges::find(known, value) != known.end()) return;
+    throw UsageError(
+        fmt::format("evaluation: {} '{}', wanted one of {}", what, value, fmt::join(known, ", ")));
 }
 
 ShapeOrder order_of(const EvaluationOptions& options, const TrainedRun& run) {
@@ -266,6 +274,9 @@ class Evaluation {
 }  // namespace
 
 nlohmann::ordered_json evaluation_report(const EvaluationOptions& options) {
+    require_one_of("fit", options.fit, {"features", "vertices", "both"});
+    require_one_of("order", options.order, {"auto", "sequence", "set"});
+    require_one_of("split", options.split, {"", "all", "train", "test"});
     Evaluation evaluation(options);
     evaluation.measure();
     ordered_json report = evaluation.report();

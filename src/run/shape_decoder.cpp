@@ -38,7 +38,7 @@ ShapeDecoder::ShapeDecoder(TrainedRun& run, const FeatureFile& file,
                            std::function<void()> check_stop)
     : run_(run),
       file_(file),
-      check_stop_(std::move(check_stop)),
+      check_stop_(check_stop ? std::move(check_stop) : [] {}),
       lossless_(*run.model, run.reference(), parse_edge_weights(run.context().weights),
                 VertexSolver::lossless) {}
 

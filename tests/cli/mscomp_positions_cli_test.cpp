@@ -33,8 +33,7 @@ class PcaCommands : public testing::Test {
     /// What a command prints, which has to succeed.
     std::string run(const std::string& command) const {
         const std::string line = "cd '" + folder_.path() + "' && PATH='" + MSCOMP_BIN_DIR +
-                                 "':$PATH && " + command + " 2>err >out";
-        // A command with a redirection of its own prints nothing to out.
+                                 "':$PATH && (" + command + ") 2>err >out";
         const int status = std::system(line.c_str());
         EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << command << "\n"
                                                                    << read_file(folder_ / "err");

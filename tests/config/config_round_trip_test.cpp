@@ -167,6 +167,7 @@ TEST(ConfigRoundTrip, WhatOtherKindsWriteReadsBack) {
     stacked(one).model.latent_activation = nn::Activation::tanh;
     stacked(one).model.decoder_fc_activation = nn::Activation::tanh;
     stacked(one).loss = {2, 3, 4, 6};
+    vae.data.features = one.data.features = "features.safetensors";
     for (const Config& c : {vae, one}) {
         const std::string text = all_of(c);
         EXPECT_EQ(all_of(parse_config(text, "c.yaml")), text);

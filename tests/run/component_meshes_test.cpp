@@ -78,7 +78,7 @@ class ComponentMeshesTest : public testing::Test {
 // it lay; its centroid does not stay.
 TEST_F(ComponentMeshesTest, LiesWhereItsLargestStillPieceLay) {
     const std::vector<Point> shape = bent(context_.reference, 2.5, 1.2);
-    const TriangleMesh mesh = ComponentMeshes(context_).mesh(change_of(shape));
+    const TriangleMesh mesh = ComponentMeshes(context_, ShapeRows::features).mesh(change_of(shape));
     EXPECT_LT(largest_difference(mesh.vertices, shape), 1e-4);
 }
 
@@ -86,7 +86,7 @@ TEST_F(ComponentMeshesTest, LiesWhereItsLargestStillPieceLay) {
 // short piece below is what stays, not the middle of all.
 TEST_F(ComponentMeshesTest, StaysOnAPieceThatIsLessThanHalf) {
     const std::vector<Point> shape = bent(context_.reference, 1.0, 1.2);
-    const TriangleMesh mesh = ComponentMeshes(context_).mesh(change_of(shape));
+    const TriangleMesh mesh = ComponentMeshes(context_, ShapeRows::features).mesh(change_of(shape));
     EXPECT_LT(largest_difference(mesh.vertices, shape), 1e-4);
 }
 
@@ -99,7 +99,8 @@ TEST_F(ComponentMeshesTest, OfTwoStillPiecesTheLargerOneStays) {
             const double above = 0.3 * std::clamp(2 * (p[2] - from), 0.0, 1.0);
             p[0] += from < 2 ? above - 0.3 : above;
         }
-        const TriangleMesh mesh = ComponentMeshes(context_).mesh(change_of(shape));
+        const TriangleMesh mesh =
+            ComponentMeshes(context_, ShapeRows::features).mesh(change_of(shape));
         EXPECT_LT(largest_difference(mesh.vertices, shape), 1e-4) << from;
     }
 }
@@ -108,7 +109,8 @@ TEST_F(ComponentMeshesTest, OfTwoStillPiecesTheLargerOneStays) {
 TEST_F(ComponentMeshesTest, ThatChangesEverywhereKeepsItsMedian) {
     std::vector<Point> larger = context_.reference.vertices;
     for (Point& p : larger) p = {1.1 * p[0], 1.1 * p[1], 1.1 * p[2]};
-    const TriangleMesh mesh = ComponentMeshes(context_).mesh(change_of(larger));
+    const TriangleMesh mesh =
+        ComponentMeshes(context_, ShapeRows::features).mesh(change_of(larger));
     for (std::size_t axis = 0; axis < 3; ++axis) {
         std::vector<double> moves;
         for (std::size_t v = 0; v < mesh.vertices.size() / 2; ++v) {
@@ -122,7 +124,7 @@ TEST_F(ComponentMeshesTest, ThatChangesEverywhereKeepsItsMedian) {
 
 // Colour runs to the 98th percentile of what moves, nothing at all gives no blue.
 TEST_F(ComponentMeshesTest, IsColouredByTheChange) {
-    const ComponentMeshes shapes(context_);
+    const ComponentMeshes shapes(context_, ShapeRows::features);
     std::vector<float> change(context_.reference.vertices.size() * 9, 0.0F);
     EXPECT_EQ(shapes.colored(change).full_blue, 0.0F);
     for (std::size_t v = 0; v < 101; ++v) {
@@ -139,7 +141,8 @@ TEST_F(ComponentMeshesTest, DisplacementIsTheDistanceOfEachVertex) {
     TriangleMesh mesh = context_.reference;
     mesh.vertices[3][0] += 3;
     mesh.vertices[3][2] -= 4;
-    const std::vector<float> moved = ComponentMeshes(context_).displacement(mesh);
+    const std::vector<float> moved =
+        ComponentMeshes(context_, ShapeRows::features).displacement(mesh);
     EXPECT_FLOAT_EQ(moved[3], 5.0F);
     EXPECT_EQ(std::ranges::count(moved, 0.0F), static_cast<std::ptrdiff_t>(moved.size()) - 1);
 }

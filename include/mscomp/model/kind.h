@@ -20,13 +20,15 @@ enum class ModelUse {
     reading  // encodes and decodes only; asks for no distances
 };
 
-/// What a model is made for. All is borrowed as long as the model lives, but for the scale.
+/// What a model is made for. Mesh and distances are borrowed as long as the model lives.
 struct ModelPlace {
     const TriangleMesh& reference;
     DistanceRows& distances;  // normalised
     ChannelScale scale;       // of features, fitted on the training shapes
     ModelUse use = ModelUse::reading;
-    int shapes = 1;  // training: how many shapes there are; reading: most worth encoding together
+    /// How many shapes a model for training is trained on, and of one for reading the most that are
+    /// worth encoding together.
+    int shapes = 1;
     /// Cotangent weights beside the neighbours of one_rings_of_faces, for who asks.
     std::function<std::vector<double>()> edge_weights;
 };

@@ -55,9 +55,10 @@ struct CodeTable {
 };
 
 /// Everything that has components, whatever the method: shapes ↔ codes, one code a component.
-/// Codes are counted level by level, coarse to fine, within a level autoencoder by autoencoder.
-/// Vertices are in the order of the user. Synthesis, sampling, export, measures and editing know
-/// nothing else of a model.
+/// Codes are counted level by level, coarse to fine, within a level autoencoder by autoencoder; who
+/// calls sees to it that there are code_count() of them, and no more levels asked for than there
+/// are. Vertices are in the order of the user. Synthesis, sampling, export, measures and editing
+/// know nothing else of a model.
 class ShapeModel {
   public:
     ShapeModel() = default;

@@ -11,7 +11,7 @@
 
 namespace mscomp {
 
-/// Components with their ends, in the order of a sheet.
+/// Components with the end of each that moves the shape more, in the order of a sheet.
 struct ShownComponents {
     std::vector<const Component*> components;
     std::vector<ColoredShape> shapes;
@@ -23,13 +23,13 @@ Image overview_sheet(const std::string& title, const TrainedRun& run,
                      const std::vector<Component>& components, const ShownComponents& shown,
                      int longer_side);
 
-/// The reference and some shapes, uncoloured.
+/// The reference and some shapes. Here and above `longer_side` is that of one picture, in pixels.
 Image shapes_sheet(const std::string& title, const std::string& heading,
                    const TriangleMesh& reference, const std::vector<ColoredShape>& shapes,
                    const std::vector<std::string>& names, int longer_side);
 
-/// Components x weights; each row is coloured by how far its vertices move, full where they move
-/// farthest. Borrows everything.
+/// Components x weights, as many in every row, at least one row; each is coloured by how far its
+/// vertices move, full where they move farthest. Borrows everything.
 class SynthesisSheet {
   public:
     SynthesisSheet(const TriangleMesh& reference, const ComponentMeshes& meshes,

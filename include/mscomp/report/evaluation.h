@@ -20,15 +20,16 @@ struct EvaluationOptions {
     std::string order = "auto";   // sequence | set | auto: by the run's split
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none
-    std::string output;           // folder for table.csv and errors.png; empty: none
+    std::string output;           // folder for tables and pictures; empty: none
     /// Shapes done times passes over them; may be empty.
     std::function<void(std::int64_t done, std::int64_t total)> on_progress;
 };
 
 /// What `mscomp evaluate --json` prints (docs/evaluate.md): how well a run gives shapes back and
 /// what its components are like, all numbers of docs/measures.md. With `options.output` also writes
-/// table.csv, components.csv and errors.png there. Throws what reading the run and the features
-/// throws, UsageError for options that do not fit them, Interrupted.
+/// table.csv, components.csv and, unless `worst` is 0, errors.png there. Throws what reading the
+/// run and the features throws, UsageError for options that are none or do not fit them,
+/// Interrupted.
 nlohmann::ordered_json evaluation_report(const EvaluationOptions& options);
 
 }  // namespace mscomp

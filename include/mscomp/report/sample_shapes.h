@@ -22,8 +22,9 @@ struct SampleShapesOptions {
 };
 
 /// Writes random shapes of a run into `folder`, which is made if it is missing (docs/synthesis.md):
-/// sample_0.obj, ..., codes.csv, overview.png. Returns the names of the meshes. Throws IoError,
-/// Interrupted, and UsageError as CodeSampler.
+/// sample_0.obj, ... (sample_00.obj for more than nine), codes.csv, and overview.png of the
+/// first 60. Returns the paths of the meshes. Throws IoError, Interrupted, and UsageError as
+/// CodeSampler.
 std::vector<std::string> sample_shapes(TrainedRun& run, const std::string& folder,
                                        const SampleShapesOptions& options);
 

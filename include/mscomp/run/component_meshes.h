@@ -13,7 +13,8 @@
 
 namespace mscomp {
 
-/// A mesh with an amount per vertex (V) that colours it from white at 0 to blue.
+/// A mesh with an amount per vertex (V) that colours it from white at 0 to blue; without any it is
+/// white.
 struct ColoredShape {
     TriangleMesh mesh;
     std::vector<float> amount;
@@ -23,8 +24,8 @@ struct ColoredShape {
 /// Meshes of what differs from the reference by a given change, in the rows of a model.
 class ComponentMeshes {
   public:
-    /// Borrows the context.
-    explicit ComponentMeshes(const ModelContext& context, ShapeRows rows = ShapeRows::features);
+    /// Borrows the context; `rows` are those of the model (ShapeModel::rows).
+    ComponentMeshes(const ModelContext& context, ShapeRows rows);
 
     /// The mesh whose rows are those of the reference plus `change`. Features do not say where a
     /// mesh lies: of each connected component the largest piece that `change` leaves alone stays,
@@ -45,6 +46,7 @@ class ComponentMeshes {
     RowPositions positions_;
 };
 
+/// (V) red, green and blue in [0, 1].
 std::vector<std::array<float, 3>> colors_of(const ColoredShape& shape);
 
 /// A PLY with colours, and the amounts as quality. Throws as write_ply.

@@ -5,8 +5,8 @@
 
 namespace mscomp {
 
-/// What of a configuration differs from that of an earlier training: the one rule of which
-/// configuration decides what.
+/// What of a configuration differs from that of an earlier training: the one rule of which key
+/// decides what. A feature file that has moved is another one, whatever it holds.
 struct ConfigChange {
     bool training = false;  // another training altogether
     bool stopping = false;  // train.plateau_epochs, train.plateau_gain: it may end elsewhere

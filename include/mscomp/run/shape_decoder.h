@@ -30,7 +30,7 @@ class ShapeDecoder {
     static constexpr int kGroup = 32;
 
     /// Borrows the run and the file, which must be of its mesh (require_mesh_of). `check_stop` is
-    /// called before every shape, perhaps from several threads, and may throw.
+    /// called before every shape, perhaps from several threads, and may throw; it may be empty.
     ShapeDecoder(TrainedRun& run, const FeatureFile& file, std::function<void()> check_stop);
 
     /// The vertices of a shape of the file, (V).

@@ -31,11 +31,11 @@ bool has_checkpoint(const std::string& run);
 
 /// Trains a model as `config` says, whose file names are absolute, in the run folder `run`, which
 /// is made if it is missing: config.yaml, metrics.csv, log.txt and the checkpoint, saved at the
-/// start, every train.checkpoint_every epochs or two minutes, and at the end. What a resumed run
-/// may change is said by ConfigChange; it is saved even where no epoch is left. The same bits
-/// whether it was stopped or not, for any number of threads. Throws UsageError (nothing to train
-/// on, a resumed run of other data or another configuration), CheckpointError, IoError and what
-/// training throws.
+/// start, every train.checkpoint_every epochs or two minutes, and at the end. A checkpoint that is
+/// there is gone on from if `resume` says so, else replaced. What a resumed run may change is said
+/// by ConfigChange; the change is saved even where no epoch is left. The same bits whether it was
+/// stopped or not, for any number of threads. Throws UsageError (nothing to train on, a resumed run
+/// of other data or another configuration), CheckpointError, IoError and what training throws.
 TrainingResult train_run(const Config& config, const std::string& run,
                          const TrainingOptions& options = {});
 
@@ -46,8 +46,9 @@ struct TrainingDemand {
     std::string source_hash;        // of the feature file
     std::vector<int> train_shapes;  // of it
 };
-/// `none` where it has to be trained anew; `finished` only if nothing of the configuration that is
-/// saved differs.
+/// `none` where it has to be trained anew: other features or training shapes, fewer epochs, or as
+/// ConfigChange says; `finished` only if nothing of the configuration that is saved differs. Throws
+/// CheckpointError for a checkpoint that cannot be read.
 TrainingProgress training_progress(const std::string& run, const TrainingDemand& demand);
 
 }  // namespace mscomp
