@@ -80,17 +80,18 @@ void BlockCholesky::solve_transposed_half(std::vector<Lanes<kLanes>>& y,
     y.swap(work);
 }
 
-#define MSCOMP_INSTANTIATE(lanes)                                                              \
-    template void BlockCholesky::solve(std::vector<Lanes<lanes>>&, std::vector<Lanes<lanes>>&) \
-        const;                                                                                 \
-    template void BlockCholesky::solve_half(std::vector<Lanes<lanes>>&,                        \
-                                            std::vector<Lanes<lanes>>&) const;                 \
-    template void BlockCholesky::solve_transposed_half(std::vector<Lanes<lanes>>&,             \
-                                                       std::vector<Lanes<lanes>>&) const;
-MSCOMP_INSTANTIATE(1)
-MSCOMP_INSTANTIATE(4)
-MSCOMP_INSTANTIATE(8)
-#undef MSCOMP_INSTANTIATE
+template void BlockCholesky::solve(std::vector<Lanes<1>>&, std::vector<Lanes<1>>&) const;
+template void BlockCholesky::solve(std::vector<Lanes<4>>&, std::vector<Lanes<4>>&) const;
+template void BlockCholesky::solve(std::vector<Lanes<8>>&, std::vector<Lanes<8>>&) const;
+template void BlockCholesky::solve_half(std::vector<Lanes<1>>&, std::vector<Lanes<1>>&) const;
+template void BlockCholesky::solve_half(std::vector<Lanes<4>>&, std::vector<Lanes<4>>&) const;
+template void BlockCholesky::solve_half(std::vector<Lanes<8>>&, std::vector<Lanes<8>>&) const;
+template void BlockCholesky::solve_transposed_half(std::vector<Lanes<1>>&,
+                                                   std::vector<Lanes<1>>&) const;
+template void BlockCholesky::solve_transposed_half(std::vector<Lanes<4>>&,
+                                                   std::vector<Lanes<4>>&) const;
+template void BlockCholesky::solve_transposed_half(std::vector<Lanes<8>>&,
+                                                   std::vector<Lanes<8>>&) const;
 
 Elimination BlockCholesky::elimination() const { return factor_->elimination(); }
 std::size_t BlockCholesky::stored_numbers() const { return factor_->stored_numbers(); }
