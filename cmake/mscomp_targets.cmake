@@ -23,12 +23,12 @@ if(MSCOMP_FUZZ)
     target_compile_definitions(mscomp_options INTERFACE _GLIBCXX_ASSERTIONS)
 endif()
 
-option(MSCOMP_JOIN "Compile the sources of a target eight at a time (docs/testing.md)" ON)
+option(MSCOMP_JOIN "Compile the sources of a target twelve at a time (docs/testing.md)" ON)
 
 # mscomp_join(TARGET): its sources are compiled joined, so that headers are read and templates made
-# once for eight of them. Sources with flags of their own stay apart, in CMake's own way.
+# once for twelve of them. Sources with flags of their own stay apart, in CMake's own way.
 function(mscomp_join target)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ${MSCOMP_JOIN} UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ${MSCOMP_JOIN} UNITY_BUILD_BATCH_SIZE 12)
     if(MSCOMP_JOIN)
         # GCC takes a joined source for a header, where unnamed namespaces would be a mistake.
         target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)

@@ -60,9 +60,9 @@ FeatureExtreme first_of(std::span<const float> values, float value, std::size_t 
 
 /// Features are stored in float32: what deviates less than this is rounding, not deformation, and
 /// must not be blown up to the full range.
-constexpr double kRounding = 1e-5;
+constexpr double kLeastRange = 1e-5;
 
-double factor_for(double largest) { return largest > kRounding ? kRange / largest : 0.0; }
+double factor_for(double largest) { return largest > kLeastRange ? kRange / largest : 0.0; }
 
 }  // namespace
 

@@ -16,7 +16,7 @@ using namespace zip;
 using Bytes = std::span<const std::byte>;
 
 template <class T>
-T load(Bytes bytes, std::uint64_t at) {
+T number_at(Bytes bytes, std::uint64_t at) {
     T value;
     std::memcpy(&value, bytes.data() + at, sizeof(T));
     return value;
@@ -68,8 +68,8 @@ class DirectoryReader {
         const std::uint64_t last = bytes_.size() - kEndLength;
         for (std::uint64_t back = 0; back <= std::min(last, longest_comment); ++back) {
             const std::uint64_t at = last - back;
-            if (load<std::uint32_t>(bytes_, at) == kEndSignature &&
-                load<std::uint16_t>(bytes_, at + 20) == back) {
+            if (number_at<std::uint32_t>(bytes_, at) == kEndSignature &&
+                number_at<std::uint16_t>(bytes_, at + 20) == back) {
                 return at;
             }
         }
@@ -83,24 +83,24 @@ class DirectoryReader {
         std::uint64_t record = end;
         const bool has64 =
             end >= kLocator64Length + kEnd64Length &&
-            load<std::uint32_t>(bytes_, end - kLocator64Length) == kLocator64Signature;
+            number_at<std::uint32_t>(bytes_, end - kLocator64Length) == kLocator64Signature;
         if (has64) {
-            record = load<std::uint64_t>(bytes_, end - kLocator64Length + 8);
+            record = number_at<std::uint64_t>(bytes_, end - kLocator64Length + 8);
             if (record != end - kLocator64Length - kEnd64Length ||
-                load<std::uint32_t>(bytes_, record) != kEnd64Signature) {
+                number_at<std::uint32_t>(bytes_, record) != kEnd64Signature) {
                 fail("its zip64 end record is not where it should be");
             }
-            require_one_disk(load<std::uint32_t>(bytes_, record + 16),
-                             load<std::uint32_t>(bytes_, record + 20));
-            directory.entries = load<std::uint64_t>(bytes_, record + 32);
-            size = load<std::uint64_t>(bytes_, record + 40);
-            directory.begin = load<std::uint64_t>(bytes_, record + 48);
+            require_one_disk(number_at<std::uint32_t>(bytes_, record + 16),
+                             number_at<std::uint32_t>(bytes_, record + 20));
+            directory.entries = number_at<std::uint64_t>(bytes_, record + 32);
+            size = number_at<std::uint64_t>(bytes_, record + 40);
+            directory.begin = number_at<std::uint64_t>(bytes_, record + 48);
         } else {
-            require_one_disk(load<std::uint16_t>(bytes_, end + 4),
-                             load<std::uint16_t>(bytes_, end + 6));
-            directory.entries = load<std::uint16_t>(bytes_, end + 10);
-            size = load<std::uint32_t>(bytes_, end + 12);
-            directory.begin = load<std::uint32_t>(bytes_, end + 16);
+            require_one_disk(number_at<std::uint16_t>(bytes_, end + 4),
+                             number_at<std::uint16_t>(bytes_, end + 6));
+            directory.entries = number_at<std::uint16_t>(bytes_, end + 10);
+            size = number_at<std::uint32_t>(bytes_, end + 12);
+            directory.begin = number_at<std::uint32_t>(bytes_, end + 16);
         }
         if (size > record || directory.begin != record - size) {
             fail(fmt::format("its directory should be {} bytes at byte {}, but ends at byte {}",
@@ -115,19 +115,20 @@ class DirectoryReader {
     }
 
     Record read_record(std::uint64_t& at, std::uint64_t end) const {
-        if (end - at < kCentralLength || load<std::uint32_t>(bytes_, at) != kCentralSignature) {
+        if (end - at < kCentralLength ||
+            number_at<std::uint32_t>(bytes_, at) != kCentralSignature) {
             fail(fmt::format("has no directory entry at byte {}", at));
         }
         Record record;
-        record.flags = load<std::uint16_t>(bytes_, at + 8);
-        record.method = load<std::uint16_t>(bytes_, at + 10);
-        record.crc = load<std::uint32_t>(bytes_, at + 16);
-        record.packed = load<std::uint32_t>(bytes_, at + 20);
-        record.size = load<std::uint32_t>(bytes_, at + 24);
-        record.local = load<std::uint32_t>(bytes_, at + 42);
-        const std::uint64_t name = load<std::uint16_t>(bytes_, at + 28);
-        const std::uint64_t extra = load<std::uint16_t>(bytes_, at + 30);
-        const std::uint64_t comment = load<std::uint16_t>(bytes_, at + 32);
+        record.flags = number_at<std::uint16_t>(bytes_, at + 8);
+        record.method = number_at<std::uint16_t>(bytes_, at + 10);
+        record.crc = number_at<std::uint32_t>(bytes_, at + 16);
+        record.packed = number_at<std::uint32_t>(bytes_, at + 20);
+        record.size = number_at<std::uint32_t>(bytes_, at + 24);
+        record.local = number_at<std::uint32_t>(bytes_, at + 42);
+        const std::uint64_t name = number_at<std::uint16_t>(bytes_, at + 28);
+        const std::uint64_t extra = number_at<std::uint16_t>(bytes_, at + 30);
+        const std::uint64_t comment = number_at<std::uint16_t>(bytes_, at + 32);
         if (end - at < kCentralLength + name + extra + comment) {
             fail(fmt::format("its directory entry at byte {} is longer than the directory", at));
         }
@@ -141,8 +142,8 @@ class DirectoryReader {
     /// The sizes and the position that do not fit 32 bits stand there, in this order.
     void read_extra(Bytes extra, Record& record) const {
         while (extra.size() >= 4) {
-            const auto kind = load<std::uint16_t>(extra, 0);
-            const std::size_t length = load<std::uint16_t>(extra, 2);
+            const auto kind = number_at<std::uint16_t>(extra, 0);
+            const std::size_t length = number_at<std::uint16_t>(extra, 2);
             if (length > extra.size() - 4) fail("has a directory entry with a broken extra field");
             Bytes field = extra.subspan(4, length);
             extra = extra.subspan(4 + length);
@@ -150,7 +151,7 @@ class DirectoryReader {
             for (std::uint64_t* value : {&record.size, &record.packed, &record.local}) {
                 if (*value != kSee64) continue;
                 if (field.size() < 8) fail("has a directory entry with a short zip64 field");
-                *value = load<std::uint64_t>(field, 0);
+                *value = number_at<std::uint64_t>(field, 0);
                 field = field.subspan(8);
             }
             return;
@@ -165,12 +166,12 @@ class DirectoryReader {
                              record.method));
         }
         if (directory_begin < kLocalLength || record.local > directory_begin - kLocalLength ||
-            load<std::uint32_t>(bytes_, record.local) != kLocalSignature) {
+            number_at<std::uint32_t>(bytes_, record.local) != kLocalSignature) {
             fail(
                 fmt::format("{}should begin at byte {}, where no file begins", name, record.local));
         }
-        const std::uint64_t name_length = load<std::uint16_t>(bytes_, record.local + 26);
-        const std::uint64_t extra_length = load<std::uint16_t>(bytes_, record.local + 28);
+        const std::uint64_t name_length = number_at<std::uint16_t>(bytes_, record.local + 26);
+        const std::uint64_t extra_length = number_at<std::uint16_t>(bytes_, record.local + 28);
         const std::uint64_t begin = record.local + kLocalLength + name_length + extra_length;
         if (begin > directory_begin || record.packed > directory_begin - begin) {
             fail(fmt::format("{}is truncated: {} bytes from byte {} on, the directory begins at {}",
@@ -180,7 +181,7 @@ class DirectoryReader {
             reinterpret_cast<const char*>(bytes_.data()) + record.local + kLocalLength,
             name_length);
         if (local_name != record.name ||
-            load<std::uint16_t>(bytes_, record.local + 8) != record.method) {
+            number_at<std::uint16_t>(bytes_, record.local + 8) != record.method) {
             fail(name + "differs from its entry in the directory");
         }
         taken_.emplace_back(record.local, begin + record.packed);

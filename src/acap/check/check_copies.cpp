@@ -18,7 +18,7 @@ namespace mscomp {
 namespace {
 
 // What files with few decimals round away, in radii of the reference.
-constexpr double kRounding = 1e-5;
+constexpr double kCopyRounding = 1e-5;
 constexpr std::size_t kLeadersTried = 3;
 
 /// A shape, and the earlier ones that it may be a rigid copy of.
@@ -88,7 +88,7 @@ void find_rigid_copies(const std::vector<CheckedFile>& files,
                        const std::vector<std::size_t>& distinct, const MeshFiles& source,
                        double radius, std::vector<Finding>& findings) {
     // Errors of rounding average out in the invariants, which are means over the vertices.
-    const double tolerance = kRounding * radius;
+    const double tolerance = kCopyRounding * radius;
     const double averaged =
         2 * tolerance * std::min(1.0, 5 / std::sqrt(static_cast<double>(source.vertex_count())));
     std::vector<Candidate> candidates = candidates_of(files, distinct, averaged);

@@ -47,7 +47,7 @@ NumberText read_any_number(const char* begin, const char* end) {
 
 }  // namespace detail
 
-std::string quoted(std::string_view token) {
+std::string in_quotes(std::string_view token) {
     constexpr std::size_t longest = 40;
     std::string text = "'";
     for (const char c : token.substr(0, longest)) {
@@ -62,17 +62,17 @@ std::string number_complaint(std::string_view token) {
     const NumberText number = read_number(token.data(), end);
     const bool whole = number.end == end;
     if (whole && number.kind == NumberText::Kind::not_finite) {
-        return fmt::format("got {}, expected a finite number", quoted(token));
+        return fmt::format("got {}, expected a finite number", in_quotes(token));
     }
     if (whole && number.kind == NumberText::Kind::too_large) {
-        return fmt::format("got {}, expected a number not beyond 1.8e308", quoted(token));
+        return fmt::format("got {}, expected a number not beyond 1.8e308", in_quotes(token));
     }
     if (has_decimal_comma(token)) {
         return fmt::format(
             "got {} with a decimal comma, expected a number with a decimal point such as 0.5",
-            quoted(token));
+            in_quotes(token));
     }
-    return fmt::format("got {}, expected a number", quoted(token));
+    return fmt::format("got {}, expected a number", in_quotes(token));
 }
 
 }  // namespace mscomp

@@ -32,7 +32,7 @@ struct NumberText {
 inline NumberText read_number(const char* begin, const char* end);
 
 /// The characters of a token in quotes, made safe to print and cut to a readable length.
-std::string quoted(std::string_view token);
+std::string in_quotes(std::string_view token);
 
 /// "got '0,5' ..., expected ..." for a token that is not the finite number it has to be.
 std::string number_complaint(std::string_view token);

@@ -83,7 +83,7 @@ class ObjReader {
             fail(
                 fmt::format("got the keyword {}, expected v, f, vt, vn, g, o, s, usemtl or another "
                             "one of OBJ",
-                            quoted(keyword)));
+                            in_quotes(keyword)));
         }
         skip_statement();
     }
@@ -306,7 +306,7 @@ class ObjReader {
     [[noreturn]] void fail(std::string_view message) const { throw InputError(here(), message); }
     [[noreturn]] void fail_corner() const {
         fail(fmt::format("face corner: got {}, expected an index such as 7, 7/2, 7//3, 7/2/3 or -1",
-                         quoted(token())));
+                         in_quotes(token())));
     }
 
     const char* at_;

@@ -36,7 +36,7 @@ class OffReader {
         to_content();
         if (!cursor_.at_end()) {
             cursor_.fail(fmt::format("got {} after the last face, expected the end of the file",
-                                     quoted(cursor_.token())));
+                                     in_quotes(cursor_.token())));
         }
         return std::move(mesh_);
     }
@@ -50,7 +50,7 @@ class OffReader {
         if (!keyword.ends_with("OFF")) {
             cursor_.fail(
                 fmt::format("got {}, expected 'OFF' (or COFF, NOFF, STOFF, ...) as the first word",
-                            quoted(keyword)));
+                            in_quotes(keyword)));
         }
         prefixes.remove_suffix(3);
         for (const std::string_view known : {"ST", "C", "N"}) {
@@ -63,11 +63,12 @@ class OffReader {
         }
         if (prefixes.find_first_of("4n") != std::string_view::npos) {
             cursor_.fail(fmt::format("got {}, points of another dimension; expected OFF with x y z",
-                                     quoted(keyword)));
+                                     in_quotes(keyword)));
         }
         if (!prefixes.empty()) {
-            cursor_.fail(fmt::format(
-                "got {}, expected OFF, with no other prefixes than ST, C and N", quoted(keyword)));
+            cursor_.fail(
+                fmt::format("got {}, expected OFF, with no other prefixes than ST, C and N",
+                            in_quotes(keyword)));
         }
         cursor_.skip_token();
     }
@@ -178,8 +179,8 @@ class OffReader {
     std::int64_t whole_number(std::string_view what) {
         const double value = cursor_.take_number(what);
         if (cursor_.taken().find_first_not_of("+-0123456789") != std::string_view::npos) {
-            cursor_.fail_taken(
-                fmt::format("{}: got {}, expected a whole number", what, quoted(cursor_.taken())));
+            cursor_.fail_taken(fmt::format("{}: got {}, expected a whole number", what,
+                                           in_quotes(cursor_.taken())));
         }
         constexpr double limit = 9e15;  // up to there doubles are exact
         return static_cast<std::int64_t>(std::clamp(value, -limit, limit));
@@ -194,7 +195,7 @@ class OffReader {
         cursor_.skip_blanks();
         if (!at_row_end()) {
             cursor_.fail(fmt::format("got {} after {}, expected the end of the line",
-                                     quoted(cursor_.token()), what));
+                                     in_quotes(cursor_.token()), what));
         }
     }
     bool at_row_end() const { return cursor_.at_line_end() || cursor_.at('#'); }

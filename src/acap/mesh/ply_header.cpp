@@ -42,7 +42,7 @@ class HeaderReader {
     PlyHeader read() {
         next_line();
         if (words_ != std::vector<std::string_view>{"ply"}) {
-            fail(fmt::format("got {}, expected 'ply' as the first line", quoted(line_text_)));
+            fail(fmt::format("got {}, expected 'ply' as the first line", in_quotes(line_text_)));
         }
         bool has_format = false;
         for (;;) {
@@ -60,7 +60,7 @@ class HeaderReader {
                 fail(
                     fmt::format("got {}, expected format, element, property, comment, obj_info or "
                                 "end_header",
-                                quoted(words_[0])));
+                                in_quotes(words_[0])));
             }
         }
         if (!has_format) fail("the header ends without a 'format' line");
@@ -116,7 +116,7 @@ class HeaderReader {
         fail(
             fmt::format("got {}, expected 'format' with ascii, binary_little_endian or "
                         "binary_big_endian, and 1.0",
-                        quoted(line_text_)));
+                        in_quotes(line_text_)));
     }
 
     void read_element() {
@@ -127,7 +127,8 @@ class HeaderReader {
             return error == std::errc{} && after == end && element.count >= 0;
         };
         if (words_.size() != 3 || !parsed(words_[2])) {
-            fail(fmt::format("got {}, expected 'element', a name and a count", quoted(line_text_)));
+            fail(fmt::format("got {}, expected 'element', a name and a count",
+                             in_quotes(line_text_)));
         }
         element.name = words_[1];
         element.line = line_;
@@ -142,13 +143,13 @@ class HeaderReader {
             property.count_type = read_type(words_[2]);
             if (!is_integer(*property.count_type)) {
                 fail(fmt::format("got the count type {}, expected an integer type",
-                                 quoted(words_[2])));
+                                 in_quotes(words_[2])));
             }
         } else if (words_.size() != 3) {
             fail(
                 fmt::format("got {}, expected 'property', a type and a name, or 'property list', "
                             "two types and a name",
-                            quoted(line_text_)));
+                            in_quotes(line_text_)));
         }
         property.type = read_type(words_[words_.size() - 2]);
         property.name = words_.back();
@@ -162,7 +163,7 @@ class HeaderReader {
         fail(
             fmt::format("got the type {}, expected char, uchar, short, ushort, int, uint, float, "
                         "double or int8 ... float64",
-                        quoted(word)));
+                        in_quotes(word)));
     }
 
     [[noreturn]] void fail(std::string_view message) const {

@@ -27,7 +27,7 @@ bool is_corner_list(const PlyProperty& property) {
 std::string element_names(const PlyHeader& header) {
     std::string names;
     for (const PlyElement& element : header.elements) {
-        names += fmt::format("{}{}", names.empty() ? "" : ", ", quoted(element.name));
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", in_quotes(element.name));
     }
     return names.empty() ? "none" : names;
 }

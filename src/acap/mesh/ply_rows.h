@@ -38,7 +38,8 @@ class PlyTextRows {
         if (cursor_.at_line_end()) cursor_.fail(fmt::format("the line ends before {}", what));
         const double number = cursor_.take_number(what);
         if (is_integer(type) && std::floor(number) != number) {
-            fail(fmt::format("{}: got {}, expected a whole number", what, quoted(cursor_.taken())));
+            fail(fmt::format("{}: got {}, expected a whole number", what,
+                             in_quotes(cursor_.taken())));
         }
         return number;
     }
@@ -47,7 +48,7 @@ class PlyTextRows {
         cursor_.skip_blanks();
         if (!cursor_.at_line_end()) {
             cursor_.fail(fmt::format("got {} after the last property, expected the end of the line",
-                                     quoted(cursor_.token())));
+                                     in_quotes(cursor_.token())));
         }
     }
 
@@ -55,7 +56,7 @@ class PlyTextRows {
         skip_blank_lines();
         if (!cursor_.at_end()) {
             cursor_.fail(fmt::format("got {} after the last element, expected the end of the file",
-                                     quoted(cursor_.token())));
+                                     in_quotes(cursor_.token())));
         }
     }
 

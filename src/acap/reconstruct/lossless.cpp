@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kLaplacianShare = 0.01;
 // Rounding a rotation vector of some turns to float32 leaves this residual.
-constexpr double kRounding = 2e-7;
+constexpr double kFloatRounding = 2e-7;
 constexpr double kSmallestStep = 1e-8;  // of the size of the reference
 
 /// Hessian of the energy over 2 with the pseudo-edges held, the same for each coordinate, plus a
@@ -147,7 +147,7 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
     };
     // Features of a mesh have their mesh already. Its own features need not come out again: where
     // a face has hardly any area, rounding turns its normal.
-    if (result.residual <= kRounding) {
+    if (result.residual <= kFloatRounding) {
         std::vector<Point> unused;
         result.energy = relative_energy(energy(result.vertices, unused), wanted);
         result.converged = true;

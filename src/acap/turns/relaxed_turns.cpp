@@ -56,7 +56,7 @@ class HeldEdgeResidual final : public ceres::SizedCostFunction<3, 1> {
     Eigen::Vector3d constant_, slope_;
 };
 
-ceres::Solver::Options solver_options() {
+ceres::Solver::Options relaxation_options() {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.initial_trust_region_radius = 1e12;  // linear: the first full step is the solution
@@ -100,7 +100,7 @@ class Relaxation {
     const std::vector<double>& solve() {
         pin_blas_threads();
         ceres::Solver::Summary summary;
-        ceres::Solve(solver_options(), &least_squares_, &summary);
+        ceres::Solve(relaxation_options(), &least_squares_, &summary);
         if (!summary.IsSolutionUsable()) {
             throw NumericalError("relaxation of the turns failed: " + summary.message);
         }

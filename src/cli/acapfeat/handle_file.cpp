@@ -13,8 +13,6 @@
 namespace mscomp {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr double kLargest = 1e30;  // far within float32, which meshes and features are stored in
 
 class HandleReader {
@@ -23,7 +21,7 @@ class HandleReader {
         : path_(path), vertex_count_(vertex_count) {}
 
     std::vector<Handle> read() {
-        const Json file = Json::parse(read_file(path_), nullptr, false);
+        const nlohmann::json file = nlohmann::json::parse(read_file(path_), nullptr, false);
         if (file.is_discarded()) {
             throw InputError({path_}, "is not valid JSON, or holds a number beyond 1.8e308");
         }
@@ -36,7 +34,7 @@ class HandleReader {
             }
         }
         std::vector<Handle> handles;
-        for (const Json& entry : file["handles"]) {
+        for (const nlohmann::json& entry : file["handles"]) {
             const Handle handle = read_one(entry);
             const auto same = std::ranges::find(handles, handle.vertex, &Handle::vertex);
             if (same != handles.end()) {
@@ -51,19 +49,19 @@ class HandleReader {
     }
 
   private:
-    Handle read_one(const Json& entry) const {
+    Handle read_one(const nlohmann::json& entry) const {
         if (!entry.is_object()) fail("wanted an object with 'vertex' and 'position'");
         for (const auto& [key, value] : entry.items()) {
             if (key == "vertex" || key == "position" || key == "weight") continue;
             fail(fmt::format("unknown key '{}', wanted vertex, position or weight", key));
         }
         Handle handle;
-        const Json vertex = entry.value("vertex", Json());
+        const nlohmann::json vertex = entry.value("vertex", nlohmann::json());
         if (!vertex.is_number_integer() || vertex < 0 || vertex >= vertex_count_) {
             fail(fmt::format("'vertex' is {}, wanted 0 to {}", vertex.dump(), vertex_count_ - 1));
         }
         handle.vertex = vertex.get<int>();
-        const Json position = entry.value("position", Json());
+        const nlohmann::json position = entry.value("position", nlohmann::json());
         if (!position.is_array() || position.size() != 3) {
             fail(fmt::format("'position' is {}, wanted three numbers", position.dump()));
         }
@@ -78,7 +76,7 @@ class HandleReader {
             }
         }
         if (entry.contains("weight")) {
-            const Json& weight = entry["weight"];
+            const nlohmann::json& weight = entry["weight"];
             if (!weight.is_number() || !(weight.get<double>() > 0)) {
                 fail(fmt::format("'weight' is {}, wanted a positive number", weight.dump()));
             }
