@@ -23,12 +23,13 @@ if(MSCOMP_FUZZ)
     target_compile_definitions(mscomp_options INTERFACE _GLIBCXX_ASSERTIONS)
 endif()
 
-option(MSCOMP_JOIN "Compile the sources of a target twelve at a time (docs/testing.md)" ON)
+option(MSCOMP_JOIN "Compile the sources of a target several at a time (docs/testing.md)" ON)
 
-# mscomp_join(TARGET): its sources are compiled joined, so that headers are read and templates made
-# once for twelve of them. Sources with flags of their own stay apart, in CMake's own way.
-function(mscomp_join target)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ${MSCOMP_JOIN} UNITY_BUILD_BATCH_SIZE 12)
+# mscomp_join(TARGET COUNT): its sources are compiled joined, so that headers are read and templates
+# made once for COUNT of them. Sources with flags of their own stay apart, in CMake's own way.
+function(mscomp_join target count)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ${MSCOMP_JOIN}
+                                               UNITY_BUILD_BATCH_SIZE ${count})
     if(MSCOMP_JOIN)
         # GCC takes a joined source for a header, where unnamed namespaces would be a mistake.
         target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
@@ -54,7 +55,7 @@ function(mscomp_library name)
     target_compile_features(mscomp_${name} PUBLIC cxx_std_20)
     target_link_libraries(mscomp_${name} PUBLIC ${ARG_PUBLIC}
                                          PRIVATE $<BUILD_INTERFACE:mscomp_options> ${ARG_PRIVATE})
-    mscomp_join(mscomp_${name})
+    mscomp_join(mscomp_${name} 12)
 endfunction()
 
 # mscomp_link_found(TARGET LIBRARY NAMES...): a library without a package of its own, by the path
@@ -71,5 +72,5 @@ function(mscomp_program name)
     cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
     add_executable(${name} ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE mscomp_options ${ARG_LIBRARIES})
-    mscomp_join(${name})
+    mscomp_join(${name} 12)
 endfunction()
