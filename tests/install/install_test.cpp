@@ -128,6 +128,25 @@ TEST_F(Installed, ExampleIsBuiltByFindPackageAndWorks) {
     expect_example_works("built/extract_and_decode");
 }
 
+// A program that is not ours trains, measures and decodes with what is installed.
+TEST_F(Installed, ExampleTrainsMeasuresAndDecodes) {
+    const ShellOutcome configured =
+        configure_folder(kSources + "/docs/examples/train_and_decode", "");
+    ASSERT_EQ(configured.code, 0) << configured.out << configured.err;
+    const ShellOutcome built = run(MSCOMP_CMAKE " --build built");
+    ASSERT_EQ(built.code, 0) << built.out << built.err;
+    const ShellOutcome outcome = run(
+        "rm -rf set arm.run && prefix/bin/acapfeat generate arm -o set --frames 8 --vertices 300 "
+        "--quiet && prefix/bin/acapfeat extract set -o set.safetensors --quiet --force && "
+        "built/train_and_decode set.safetensors arm.run end.obj");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("40 epochs"));
+    EXPECT_THAT(outcome.out, HasSubstr("E_rms on 4 unseen shapes"));
+    EXPECT_THAT(outcome.out, HasSubstr("end.obj: component"));
+    const ShellOutcome checked = run("prefix/bin/acapfeat check set/*.obj end.obj");
+    EXPECT_EQ(checked.code, 0) << checked.out << checked.err;
+}
+
 TEST_F(Installed, EveryExampleIsBuiltFromItsInstalledSources) {
     int examples = 0;
     for (const auto& entry : fs::directory_iterator(prefix_ + "/share/doc/mscomp/examples")) {
