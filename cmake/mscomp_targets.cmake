@@ -36,6 +36,12 @@ function(mscomp_join target count)
     endif()
 endfunction()
 
+# mscomp_words_only(TARGET): what it does is read options, write text and call others. Optimising that
+# takes as long as compiling it, and nobody would notice.
+function(mscomp_words_only target)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
+
 # mscomp_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...]): the module NAME, target mscomp_NAME,
 # mscomp::NAME for others, and a component of the installed package (cmake/install.cmake). PUBLIC
 # libraries are in its headers, PRIVATE ones are not.
@@ -72,5 +78,6 @@ function(mscomp_program name)
     cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
     add_executable(${name} ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE mscomp_options ${ARG_LIBRARIES})
+    mscomp_words_only(${name})
     mscomp_join(${name} 12)
 endfunction()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The kind `pca`: the mean of the aligned training shapes plus their first principal directions.
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <memory>

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "code_descent.h"
 
-#include <ceres/ceres.h>
+#include <ceres/cost_function.h>
+#include <ceres/iteration_callback.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 
 #include <algorithm>
 #include <cmath>

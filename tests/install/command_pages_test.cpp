@@ -186,6 +186,7 @@ TEST_P(CommandPages, BashCompletesTheValuesOfAnOption) {
             EXPECT_THAT(bash({program(), command, name, first}), testing::Contains(first));
         }
         // Everything else is left to bash, which completes files.
+        if (!help.options.contains("--output")) continue;
         EXPECT_EQ(bash({program(), command, "--output", ""}), Words{}) << command;
     }
     EXPECT_GE(checked, 4);
