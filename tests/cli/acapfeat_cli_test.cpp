@@ -12,10 +12,10 @@
 #include <string>
 
 #include "base/temporary_folder.h"
-#include "mscomp/config/config_file.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/config/config_file.h"
 #include "shapes.h"
 
 namespace mscomp {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "cli/program.h"
-#include "cli/signals.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,10 +15,11 @@
 #include <vector>
 
 #include "base/temporary_folder.h"
-#include "mscomp/base/nearest_name.h"
+#include "cli/signals.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/nearest_name.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp {
