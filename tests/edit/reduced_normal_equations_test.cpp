@@ -3,9 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
-
 #include "acap/acap_cases.h"
+#include "dense.h"
 
 namespace mscomp {
 namespace {
@@ -38,14 +37,14 @@ void expect_projection(const std::vector<Point>& points) {
     VectorXd r(rows);
     for (Eigen::Index i = 0; i < rows; ++i) r[i] = draws.next();
     const MatrixXd motions = rigid_columns(points);
-    const MatrixXd projected = J - motions * motions.completeOrthogonalDecomposition().solve(J);
-    r -= motions * motions.completeOrthogonalDecomposition().solve(r);
+    const MatrixXd projected = cases::unexplained(motions, J);
+    r = cases::unexplained(motions, r);
     std::vector<Point> residuals(points.size());
     Eigen::Map<VectorXd>(residuals.front().data(), rows) = r;
     const NormalEquations found = reduced_normal_equations(
         std::span<const double>(J.data(), static_cast<std::size_t>(J.size())), points, residuals);
-    EXPECT_LT(cases::largest(found.H - projected.transpose() * projected), 1e-10);
-    EXPECT_LT(cases::largest(found.g - projected.transpose() * r), 1e-10);
+    EXPECT_LT(cases::largest(found.H - cases::inner_products(projected, projected)), 1e-10);
+    EXPECT_LT(cases::largest(found.g - cases::inner_products(projected, r)), 1e-10);
 }
 
 TEST(ReducedNormalEquations, ProjectRigidMotionsOut) {
@@ -87,7 +86,7 @@ SmallCase small_case(bool twins) {
         r[i] = draws.next();
     }
     if (twins) J.col(4) = J.col(3);
-    return {{J.transpose() * J, J.transpose() * r}, r.squaredNorm()};
+    return {{cases::inner_products(J, J), cases::inner_products(J, r)}, r.squaredNorm()};
 }
 
 // K + 1 residuals stand for forty: the same sum of squares, gradient and normal matrix, singular
@@ -99,8 +98,8 @@ TEST(SmallResiduals, HaveSquaresGradientAndMatrixOfAll) {
         const MatrixXd& R = found.derivative;
         ASSERT_EQ(found.values.size(), 6);
         EXPECT_NEAR(found.values.squaredNorm(), squares, 1e-12 * squares);
-        EXPECT_LT(cases::largest(R.transpose() * found.values - equations.g), 1e-12);
-        EXPECT_LT(cases::largest(R.transpose() * R - equations.H), 1e-12);
+        EXPECT_LT(cases::largest(cases::inner_products(R, found.values) - equations.g), 1e-12);
+        EXPECT_LT(cases::largest(cases::inner_products(R, R) - equations.H), 1e-12);
         EXPECT_EQ(R.row(5).norm(), 0);
         EXPECT_GT(found.values[5], 0);
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 
+#include "dense.h"
 #include "generated_cases.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
@@ -110,19 +110,22 @@ TEST(Face, IsWhatItsWeightsAndSupportsSay) {
     for (int n = 0; n < N; ++n) {
         for (int k = 0; k < K; ++k) weights(n, k) = static_cast<double>(weight(face(), n, k));
     }
-    const auto solver = weights.colPivHouseholderQr();
-    Eigen::VectorXd highest = Eigen::VectorXd::Zero(K), lowest = Eigen::VectorXd::Constant(K, 1e9);
-    for (int i = 0; i < face().sequence.vertex_count(); ++i) {
-        if (support(face(), 0, i) > 0) continue;  // the jaw's
-        const auto at = static_cast<std::size_t>(i);
-        Eigen::MatrixXd moved(N, 3);
-        for (int n = 0; n < N; ++n) {
+    const int V = face().sequence.vertex_count();
+    Eigen::MatrixXd moved(N, 3 * V);
+    for (int n = 0; n < N; ++n) {
+        for (int i = 0; i < V; ++i) {
+            const auto at = static_cast<std::size_t>(i);
             const Point by = minus(face().sequence.shapes[static_cast<std::size_t>(n)][at],
                                    face().sequence.shapes[0][at]);
-            moved.row(n) << by[0], by[1], by[2];
+            for (int x = 0; x < 3; ++x) moved(n, 3 * i + x) = by[static_cast<std::size_t>(x)];
         }
-        const Eigen::MatrixXd found = solver.solve(moved);
-        ASSERT_LE((weights * found - moved).cwiseAbs().maxCoeff(), 1e-9) << "vertex " << i;
+    }
+    const Eigen::MatrixXd all = least_squares(weights, moved), rest = unexplained(weights, moved);
+    Eigen::VectorXd highest = Eigen::VectorXd::Zero(K), lowest = Eigen::VectorXd::Constant(K, 1e9);
+    for (int i = 0; i < V; ++i) {
+        if (support(face(), 0, i) > 0) continue;  // the jaw's
+        ASSERT_LE(rest.middleCols<3>(3 * i).cwiseAbs().maxCoeff(), 1e-9) << "vertex " << i;
+        const Eigen::MatrixXd found = all.middleCols<3>(3 * i);
         for (int k = 0; k < K; ++k) {
             const double reach = static_cast<double>(support(face(), k, i));
             if (reach == 0) {
