@@ -13,6 +13,7 @@
 #include "failed_call.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "temporary_file.h"
 #include "temporary_place.h"
 
 namespace fs = std::filesystem;
@@ -61,11 +62,20 @@ void write_moves(const std::string& staging, const Moves& moves) {
     write_file(list_path(staging), text);
 }
 
+/// Only what write_moves can have written: nobody else shall have us rename files elsewhere.
+void require_own(const std::string& entry, bool is_folder, const std::string& staging) {
+    const std::string name = is_folder && entry.starts_with("../") ? entry.substr(3) : entry;
+    const bool is_name = !name.empty() && name != "." && name.find('/') == std::string::npos;
+    if (is_name && (name != ".." || is_folder)) return;
+    throw IoError(list_path(staging), "is no list of names");
+}
+
 Moves read_moves(const std::string& staging) {
     Moves moves;
     const std::string text = read_file(list_path(staging));
     for (std::size_t begin = 0; begin < text.size();) {
         const std::string entry = text.c_str() + begin;
+        require_own(entry, begin == 0, staging);
         if (begin == 0) {
             moves.folder = staging + "/" + entry;
         } else {
@@ -105,6 +115,7 @@ void move_into(const std::string& folder, const std::string& staging,
     const auto place = [&](const std::string& name) { return folder + "/" + name; };
     const auto fresh = [&](const std::string& name) { return new_files(staging) + "/" + name; };
     const auto old = [&](const std::string& name) { return old_files(staging) + "/" + name; };
+    for (const std::string& name : names) refuse_special_target(place(name));
     if (names.size() == 1 && dropped.empty()) {
         move(fresh(names[0]), place(names[0]), place(names[0]));
         return sync_folder(folder, folder);

@@ -16,7 +16,7 @@ std::string old_files(const std::string& staging);
 
 /// Moves the files `names` of new/ into `folder`, and what had their names, or one of `dropped`, to
 /// old/. All of it or nothing: what fails is undone and throws IoError; of a killed process
-/// remove_staging undoes it. `folder` is meant as seen from here.
+/// remove_staging undoes it. Folders in the way are an IoError. `folder` is meant as seen from here.
 void move_into(const std::string& folder, const std::string& staging,
                const std::vector<std::string>& names, const std::vector<std::string>& dropped);
 

@@ -16,7 +16,6 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/run/run_folder.h"
 
 namespace mscomp {
 namespace {
@@ -35,7 +34,8 @@ std::string holder(int descriptor) {
 
 }  // namespace
 
-RunLock::RunLock(const std::string& folder) : folder_(folder), path_(lock_path(folder)) {
+RunLock::RunLock(const std::string& folder, std::string file)
+    : folder_(folder), path_(std::move(file)) {
     std::error_code error;
     has_made_folder_ = !std::filesystem::exists(folder, error);
     create_folder(folder);

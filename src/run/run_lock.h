@@ -5,13 +5,14 @@
 
 namespace mscomp {
 
-/// While it lives no other process writes to the folder of a run or a sweep. Its file .lock stays
-/// there, which says that the rest is of a run too; the lock itself ends with the process, however
+/// While it lives no other process writes to the folder of a run or a sweep. The file stays
+/// there and says that the rest is of a run, or a sweep, too; the lock itself ends with the process, however
 /// that ends. File systems without locks have none.
 class RunLock {
   public:
-    /// Makes the folder if it is missing. Throws IoError at once if another process has it.
-    explicit RunLock(const std::string& folder);
+    /// Makes `folder` if it is missing, and in it the file that is locked. Throws IoError at once if
+    /// another process has it.
+    RunLock(const std::string& folder, std::string file);
     RunLock(const RunLock&) = delete;
     RunLock& operator=(const RunLock&) = delete;
     /// Removes what it has made, unless it is to be kept.

@@ -117,7 +117,7 @@ class Training {
 };
 
 /// What belongs together, at once: an earlier run stands whole until this one does.
-void write_beginning(const std::string& run, const TrainingSetup& setup, const Learner& learner) {
+void write_beginning(const std::string& run, const TrainingSetup& setup, Learner& learner) {
     OutputFiles files({checkpoint_path(run), metrics_path(run), config_path(run)});
     write_model(files.path(checkpoint_path(run)), *setup.model, setup.context, learner.state(),
                 learner.codes());
@@ -150,7 +150,7 @@ void require_free_run(const std::string& run, bool resume, bool force) {
 
 TrainingResult train_run(const Config& config, const std::string& run,
                          const TrainingOptions& options) {
-    RunLock lock(run);
+    RunLock lock(run, lock_path(run));
     recover_folder(run);
     std::optional<ModelFile> earlier;
     if (options.resume && has_checkpoint(run)) earlier.emplace(earlier_part(run, config));

@@ -11,7 +11,6 @@
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
-#include "mscomp/run/run_folder.h"
 #include "run/run_lock.h"
 #include "sweep_file.h"
 #include "sweep_run.h"
@@ -24,9 +23,11 @@ std::string in_folder(const std::string& folder, const std::string& name) {
     return (std::filesystem::path(folder) / name).string();
 }
 
+std::string sweep_lock_path(const std::string& folder) { return in_folder(folder, ".sweep-lock"); }
+
 /// A folder that is new, empty or of an earlier sweep.
 void require_sweep_folder(const std::string& folder, bool force) {
-    for (const std::string& own : {in_folder(folder, "sweep.yaml"), lock_path(folder)}) {
+    for (const std::string& own : {in_folder(folder, "sweep.yaml"), sweep_lock_path(folder)}) {
         if (std::filesystem::exists(own)) return;
     }
     require_free_folder(folder, force);
@@ -83,7 +84,7 @@ SweepResult run_sweep(const SweepOptions& options, nlohmann::ordered_json& repor
         configs.push_back(point_config(sweep, point, options.overrides));
     }
     require_sweep_folder(options.output, options.force);
-    RunLock lock(options.output);
+    RunLock lock(options.output, sweep_lock_path(options.output));
     recover_folder(options.output);
     const std::vector<PointData> data = read_point_data(configs, sweep.measure);
 

@@ -44,12 +44,12 @@ void write_new(const OutputFolder& output) {
     write_file(output.path("b"), "new");
 }
 
-/// Does `work` in another process, which is killed at its end.
+/// Does `work`, which kills itself, in another process.
 void do_and_die(const std::function<void()>& work) {
     const pid_t child = ::fork();
     if (child == 0) {
         work();
-        ::raise(SIGKILL);
+        ::_exit(0);
     }
     int status = 0;
     ::waitpid(child, &status, 0);
@@ -69,10 +69,12 @@ TEST_F(OutputFolders, AppearWholeOrNotAtAll) {
         EXPECT_FALSE(fs::exists(folder_));
     }
     EXPECT_THAT(place_.names(), IsEmpty());
-    OutputFolder output(folder_);
-    write_new(output);
-    output.commit();
-    EXPECT_THAT(contents(folder_), ElementsAre("a new", "b new"));
+    {
+        OutputFolder output(folder_);
+        write_new(output);
+        output.commit();
+        EXPECT_THAT(contents(folder_), ElementsAre("a new", "b new"));
+    }
     EXPECT_THAT(place_.names(), ElementsAre("out"));
 }
 
@@ -171,17 +173,19 @@ TEST_F(OutputFolders, OfAKilledProcessAreRemovedByTheNextAndThoseOfALivingOneAre
     do_and_die([&] {
         OutputFolder output(folder_);
         write_new(output);
+        ::raise(SIGKILL);
     });
     EXPECT_EQ(place_.names().size(), 1u);
-    OutputFolder living(folder_);
-    write_new(living);
-    EXPECT_EQ(place_.names().size(), 1u);
     {
-        OutputFolder output(folder_);
-        write_new(output);
-        EXPECT_EQ(place_.names().size(), 2u);
+        OutputFolder living(folder_);
+        write_new(living);
+        EXPECT_EQ(place_.names().size(), 1u);
+        {
+            const OutputFolder output(folder_);
+            EXPECT_EQ(place_.names().size(), 2u);
+        }
+        living.commit();
     }
-    living.commit();
     EXPECT_THAT(place_.names(), ElementsAre("out"));
 }
 
@@ -196,15 +200,16 @@ TEST_F(OutputFilesTest, AppearTogetherOrNotAtAll) {
         write_file(files.path(b), "new");
     }
     EXPECT_THAT(contents(place_.path()), ElementsAre("a old"));
-    OutputFiles files({a, b});
-    write_file(files.path(a), "new");
-    write_file(files.path(b), "new");
-    files.commit();
-    EXPECT_THAT(contents(place_.path()), ElementsAre(HasSubstr(".mscomp"), "a new", "b new"));
+    {
+        OutputFiles files({a, b});
+        write_file(files.path(a), "new");
+        write_file(files.path(b), "new");
+        files.commit();
+    }
+    EXPECT_THAT(contents(place_.path()), ElementsAre("a new", "b new"));
 }
 
-// A folder where the second file belongs is noticed when the first has been moved.
-TEST_F(OutputFilesTest, AreUndoneIfTheSecondCannotBeMoved) {
+TEST_F(OutputFilesTest, WillNotReplaceAFolderThatCameMeanwhile) {
     place_.put("a", "old");
     const std::string a = place_ / "a", b = place_ / "b";
     {
@@ -217,11 +222,46 @@ TEST_F(OutputFilesTest, AreUndoneIfTheSecondCannotBeMoved) {
     EXPECT_THAT(contents(place_.path()), ElementsAre("a old", "b/"));
 }
 
+// As a process leaves it that is killed after the first of two files was moved.
+TEST_F(OutputFilesTest, HalfMovedByAKilledProcessAreUndoneByTheNext) {
+    place_.put("a", "new");
+    place_.put(".mscomp1-0/old/a", "old");
+    place_.put(".mscomp1-0/new/b", "new");
+    place_.put(".mscomp1-0/files", std::string("..\0a\0b\0", 7));
+    recover_folder(place_.path());
+    EXPECT_THAT(contents(place_.path()), ElementsAre("a old"));
+}
+
+// The same of a folder that stayed itself, its files made ready beside it.
+TEST_F(OutputFolders, HalfMovedByAKilledProcessAreUndoneByTheNext) {
+    place_.put("out/a", "new");
+    place_.put("out/mine", "old");
+    place_.put(".out.mscomp1-0/old/gone", "old");
+    place_.put(".out.mscomp1-0/new/b", "new");
+    place_.put(".out.mscomp1-0/files", std::string("../out\0a\0b\0", 11));
+    { const OutputFolder next(folder_); }
+    EXPECT_THAT(contents(folder_), ElementsAre("gone old", "mine old"));
+    EXPECT_THAT(place_.names(), ElementsAre("out"));
+}
+
+// Whoever may write beside us must not have us rename files elsewhere.
+TEST_F(OutputFilesTest, AreNotUndoneByAListThatLeavesTheFolder) {
+    place_.put("elsewhere/a", "mine");
+    for (const std::string list :
+         {std::string("..\0../elsewhere/a\0", 18), std::string("../x/elsewhere\0a\0", 17)}) {
+        place_.put("here/.mscomp1-0/files", list);
+        place_.put("here/.mscomp1-0/new/b", "new");
+        recover_folder(place_ / "here");
+        EXPECT_EQ(TemporaryFolder::content(place_ / "elsewhere/a"), "mine");
+    }
+}
+
 TEST(Temporaries, OfDeadProcessesAreRemovedByTheNextWriterOnly) {
     const TemporaryFolder folder;
     do_and_die([&] {
         AtomicFile file(folder / "a");
         file.write(std::string(3 << 20, 'x'));
+        ::raise(SIGKILL);
     });
     ASSERT_EQ(folder.names().size(), 1u);
     EXPECT_THAT(folder.names()[0], testing::StartsWith(".a.mscomp"));

@@ -212,7 +212,7 @@ TEST_P(Faults, LeaveTheOldOrTheNewAndNothingElse) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, Faults, testing::ValuesIn(writing_commands()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& command) { return command.param.name; });
 
 /// Prints what was tried, as docs/testing.md has it.
 class Table : public testing::Environment {

@@ -102,7 +102,7 @@ std::map<std::string, std::string> files_below(const std::string& folder) {
         const fs::path path = entry.path().lexically_relative(folder);
         const std::string name = path.filename().string();
         if (!entry.is_regular_file() || is_in_temporary(path)) continue;
-        if (name == ".lock" || name == "log.txt") continue;
+        if (name.ends_with("lock") || name == "log.txt") continue;
         std::string text = TemporaryFolder::content(entry.path().string());
         // Their last column is how long it took.
         if (name == "metrics.csv" || name == "table.csv") text = without_times(text);
