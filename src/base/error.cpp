@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <csignal>
 #include <utility>
 
 namespace mscomp {
@@ -58,6 +57,6 @@ CheckpointError::CheckpointError(const std::string& path, std::string_view messa
     : Error(ExitCode::checkpoint, fmt::format("{}: {}", path, message)) {}
 
 Interrupted::Interrupted(int signal, const std::string& message)
-    : Error(signal == SIGTERM ? ExitCode::terminated : ExitCode::interrupted, message) {}
+    : Error(static_cast<ExitCode>(128 + signal), message) {}
 
 }  // namespace mscomp

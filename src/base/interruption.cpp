@@ -10,6 +10,8 @@ namespace mscomp {
 namespace {
 
 std::atomic<int> stop_signal{0};
+std::atomic<bool> is_save_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
 static_assert(std::atomic<int>::is_always_lock_free);
 
 }  // namespace
@@ -17,6 +19,10 @@ static_assert(std::atomic<int>::is_always_lock_free);
 void request_stop(int signal) noexcept { stop_signal = signal; }
 
 int requested_stop() noexcept { return stop_signal; }
+
+void request_save() noexcept { is_save_requested = true; }
+
+bool take_save_request() noexcept { return is_save_requested.exchange(false); }
 
 bool interrupted() noexcept { return requested_stop() != 0; }
 

@@ -6,7 +6,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <filesystem>
 #include <system_error>
@@ -14,16 +13,13 @@
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/output_folder.h"
+#include "temporary_place.h"
 
 namespace mscomp {
 namespace {
 
 std::string reason(int error_number) { return std::generic_category().message(error_number); }
-
-std::string folder_of(const std::string& path) {
-    const std::string folder = std::filesystem::path(path).parent_path().string();
-    return folder.empty() ? "." : folder;
-}
 
 void create_folder(const std::string& folder, const std::string& path) {
     std::error_code error;
@@ -33,7 +29,26 @@ void create_folder(const std::string& folder, const std::string& path) {
     }
 }
 
-/// A rename would replace a folder's or a device's entry, which nobody asks for with `-o`.
+/// A new file that this process has locked, or -1.
+int open_new_beside(const std::string& target, std::string& temporary) {
+    const std::filesystem::path place(target);
+    for (int attempt = 0;; ++attempt) {
+        temporary = folder_of(target) + "/" + temporary_name(place.filename().string());
+        const int descriptor =
+            ::open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        // A name may be taken by what a killed program with the same number left.
+        if (descriptor < 0 && errno != EEXIST) return -1;
+        if (descriptor < 0) continue;
+        // Somebody who cleans up may have been quicker than our lock, but not every time.
+        const bool is_ours =
+            try_lock(descriptor) != Lock::refused && is_named(descriptor, temporary);
+        if (is_ours || attempt == kQuickerThanUs) return descriptor;
+        ::close(descriptor);
+    }
+}
+
+}  // namespace
+
 void refuse_special_target(const std::string& path) {
     struct stat info {};
     if (::stat(path.c_str(), &info) != 0) return;
@@ -41,35 +56,12 @@ void refuse_special_target(const std::string& path) {
     if (!S_ISREG(info.st_mode)) throw IoError(path, "is not a regular file, will not replace it");
 }
 
-int open_new_beside(const std::string& target, std::string& temporary) {
-    static std::atomic<unsigned> counter{0};
-    for (;;) {
-        // A name may be taken by what a killed program with the same number left.
-        temporary = fmt::format("{}.tmp{}-{}", target, ::getpid(), counter++);
-        const int descriptor =
-            ::open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (descriptor >= 0 || errno != EEXIST) return descriptor;
-    }
-}
-
-void sync_folder(const std::string& path) {
-    const int descriptor = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0) throw IoError(path, "cannot open its folder: " + reason(errno));
-    const int failed = ::fsync(descriptor) != 0 ? errno : 0;
-    ::close(descriptor);
-    // Some file systems cannot sync folders and say so; there is nothing more to be done then.
-    if (failed != 0 && failed != EINVAL && failed != ENOTSUP) {
-        throw IoError(path, "cannot sync its folder: " + reason(failed));
-    }
-}
-
-}  // namespace
-
 TemporaryFile::TemporaryFile(std::string target) : target_(std::move(target)) {
     refuse_special_target(target_);
-    create_folder(folder_of(target_), target_);
+    create_folder(folder_of(target_), shown());
+    remove_dead_temporaries_once(folder_of(target_));
     descriptor_ = open_new_beside(target_, path_);
-    if (descriptor_ < 0) throw IoError(target_, "cannot create: " + reason(errno));
+    if (descriptor_ < 0) throw IoError(shown(), "cannot create: " + reason(errno));
     name_.emplace(path_);
 }
 
@@ -79,12 +71,12 @@ TemporaryFile::~TemporaryFile() {
 }
 
 void TemporaryFile::fail(std::string_view doing) const {
-    throw IoError(target_,
+    throw IoError(shown(),
                   fmt::format("cannot {}: {}; nothing was changed there", doing, reason(errno)));
 }
 
 void TemporaryFile::fail_comparison() const {
-    throw IoError(target_,
+    throw IoError(shown(),
                   "what was read back differs from what was written; the disk or its "
                   "connection is faulty; nothing was changed there");
 }
@@ -127,11 +119,20 @@ void TemporaryFile::sync() const {
 }
 
 void TemporaryFile::take_place() {
-    if (::close(std::exchange(descriptor_, -1)) != 0) fail("close");
-    if (std::rename(path_.c_str(), target_.c_str()) != 0) fail("rename the finished file");
+    // Locked until it has its name: nobody shall take it for what a killed program left.
+    const int lock = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
+    const bool is_closed = ::close(std::exchange(descriptor_, -1)) == 0;
+    const bool is_renamed = is_closed && std::rename(path_.c_str(), target_.c_str()) == 0;
+    const int failed = errno;
+    if (lock >= 0) ::close(lock);
+    errno = failed;
+    if (!is_closed) fail("close");
+    if (!is_renamed) fail("rename the finished file");
     name_.reset();
     path_.clear();
-    sync_folder(target_);
+    sync_folder(folder_of(target_), shown());
 }
+
+std::string TemporaryFile::shown() const { return final_name(target_); }
 
 }  // namespace mscomp

@@ -12,8 +12,12 @@
 
 namespace mscomp {
 
+/// A rename would replace a folder's or a device's entry, which nobody asks for with `-o`: IoError.
+void refuse_special_target(const std::string& path);
+
 /// A new file beside its target that takes the target's place when it is finished, and is removed
-/// if it never does. Every failure is an IoError with the target's name and the system's reason.
+/// if it never does; if the process is killed, by the next that writes there. Every failure is an
+/// IoError with the target's name and the system's reason.
 class TemporaryFile {
   public:
     /// Throws IoError if the folder cannot be written or `target` is something else than a file;
@@ -42,6 +46,7 @@ class TemporaryFile {
     [[noreturn]] void fail_comparison() const;
 
   private:
+    std::string shown() const;
     [[noreturn]] void fail(std::string_view doing) const;
 
     std::string target_, path_;

@@ -34,6 +34,21 @@ void WrittenPieces::note(std::uint64_t begin, std::span<const std::byte> bytes) 
     pieces_.emplace(begin, piece);
 }
 
+bool WrittenPieces::agrees(std::uint64_t begin, std::span<const std::byte> bytes) const {
+    const std::uint64_t end = begin + bytes.size();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (std::uint64_t at = begin; at < end;) {
+        const auto piece = pieces_.find(at);
+        if (piece == pieces_.end() || piece->second.end > end) {
+            throw std::logic_error("what was read is no piece that was written");
+        }
+        const std::uint64_t next = piece->second.end;
+        if (XXH3_64bits(bytes.data() + (at - begin), next - at) != piece->second.hash) return false;
+        at = next;
+    }
+    return true;
+}
+
 std::optional<std::uint64_t> WrittenPieces::first_hole(std::uint64_t size) const {
     std::uint64_t at = 0;
     for (const auto& [begin, piece] : pieces_) {

@@ -18,6 +18,9 @@ class WrittenPieces {
   public:
     /// Throws std::logic_error if the range cuts through one that was noted before. Thread-safe.
     void note(std::uint64_t begin, std::span<const std::byte> bytes);
+    /// Whether `bytes`, read from `begin` on, are those that were noted. Throws std::logic_error if
+    /// the range cuts through a piece. Thread-safe.
+    bool agrees(std::uint64_t begin, std::span<const std::byte> bytes) const;
     /// First byte below `size` that no piece covers.
     std::optional<std::uint64_t> first_hole(std::uint64_t size) const;
     /// Reads the `size` bytes that start at byte `data_begin` of `file`: XXH3-64 of them all.
@@ -31,7 +34,7 @@ class WrittenPieces {
         std::uint64_t hash;
     };
     std::map<std::uint64_t, Piece> pieces_;  // by their first byte, without overlap
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
 };
 
 }  // namespace mscomp

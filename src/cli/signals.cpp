@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -31,7 +32,7 @@ std::int64_t nanoseconds_now() {
 extern "C" void note_signal(int signal) {
     const int error_number = errno;
     if (requested_stop() != 0) {
-        if (nanoseconds_now() - first_signal_at < kSameWish) return;
+        if (signal == SIGXCPU || nanoseconds_now() - first_signal_at < kSameWish) return;
         remove_temporary_files();
         _exit(128 + signal);
     }
@@ -43,19 +44,34 @@ extern "C" void note_signal(int signal) {
     errno = error_number;
 }
 
+extern "C" void note_save_request(int) { request_save(); }
+
+// Job systems warn by most of these before they kill; a terminal that is closed sends SIGHUP.
+constexpr std::array kStops{SIGINT, SIGTERM, SIGHUP, SIGUSR2, SIGXCPU};
+
+bool is_ignored(int signal) {
+    struct sigaction action = {};
+    return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 }  // namespace
 
 void watch_interrupts() {
     request_stop(0);
     struct sigaction action = {};
     action.sa_handler = note_signal;
-    // Neither interrupts the handling of the other.
+    // None interrupts the handling of another.
     sigemptyset(&action.sa_mask);
-    sigaddset(&action.sa_mask, SIGINT);
-    sigaddset(&action.sa_mask, SIGTERM);
+    for (const int signal : kStops) sigaddset(&action.sa_mask, signal);
     action.sa_flags = SA_RESTART;
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+    for (const int signal : kStops) {
+        const bool is_nohup = signal == SIGHUP && is_ignored(signal);
+        if (!is_nohup) sigaction(signal, &action, nullptr);
+    }
+    action.sa_handler = note_save_request;
+    sigaction(SIGUSR1, &action, nullptr);
+    // A file that grows beyond its limit is a failing write, with a name and a reason.
+    std::signal(SIGXFSZ, SIG_IGN);
 }
 
 }  // namespace mscomp

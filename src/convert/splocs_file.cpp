@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <hdf5.h>
-#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -34,8 +33,6 @@ class HdfId {
     }
     hid_t id() const { return id_; }
     bool is_open() const { return id_ >= 0; }
-    /// False if closing failed, which for a file is when the last bytes are written.
-    bool close() { return closer_(std::exchange(id_, -1)) >= 0; }
 
   private:
     hid_t id_;
@@ -180,28 +177,18 @@ class SplocsShapes final : public ShapeSource {
     mutable std::mutex mutex_;
 };
 
-/// A file name beside `path`; whatever stands there in the end is removed.
-class TemporaryPath {
-  public:
-    explicit TemporaryPath(const std::string& path)
-        : path_(fmt::format("{}.tmp{}-hdf5", path, ::getpid())) {}
-    TemporaryPath(const TemporaryPath&) = delete;
-    TemporaryPath& operator=(const TemporaryPath&) = delete;
-    ~TemporaryPath() {
-        std::error_code ignored;
-        std::filesystem::remove(path_, ignored);
-    }
-    const std::string& path() const { return path_; }
-
-  private:
-    std::string path_;
-};
+/// HDF5 builds the file in memory: where it writes to a disk itself, a write that fails can go
+/// unnoticed or end the program.
+HdfId create_in_memory(const std::string& path) {
+    constexpr std::size_t kGrowth = std::size_t{1} << 20;
+    const HdfId access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    if (H5Pset_fapl_core(access.id(), kGrowth, false) < 0) return {-1, H5Fclose};
+    return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose};
+}
 
 class SplocsWriter {
   public:
-    SplocsWriter(const std::string& temporary, const std::string& path)
-        : path_(path),
-          file_(H5Fcreate(temporary.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), H5Fclose) {
+    explicit SplocsWriter(const std::string& path) : path_(path), file_(create_in_memory(path)) {
         require(file_.is_open());
     }
 
@@ -229,7 +216,15 @@ class SplocsWriter {
                          shapes.faces().data()) >= 0);
     }
 
-    void close() { require(file_.close()); }
+    /// The bytes of the file.
+    std::vector<std::byte> image() const {
+        require(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL) >= 0);
+        const ssize_t size = H5Fget_file_image(file_.id(), nullptr, 0);
+        require(size > 0);
+        std::vector<std::byte> bytes(at(size));
+        require(H5Fget_file_image(file_.id(), bytes.data(), bytes.size()) == size);
+        return bytes;
+    }
 
   private:
     HdfId create(const char* name, hid_t type, const HdfId& space) const {
@@ -257,22 +252,6 @@ class SplocsWriter {
     HdfId file_;
 };
 
-void copy_into(AtomicFile& target, const std::string& source) {
-    std::FILE* file = std::fopen(source.c_str(), "rb");
-    if (file == nullptr) throw IoError(source, "cannot be read back");
-    std::vector<char> piece(std::size_t{1} << 20);
-    try {
-        for (std::size_t got = 0; (got = std::fread(piece.data(), 1, piece.size(), file)) > 0;) {
-            target.write(std::string_view(piece.data(), got));
-        }
-        if (std::ferror(file) != 0) throw IoError(source, "cannot be read back");
-    } catch (...) {
-        std::fclose(file);
-        throw;
-    }
-    std::fclose(file);
-}
-
 }  // namespace
 
 bool has_hdf5() { return true; }
@@ -286,12 +265,10 @@ Contents read_splocs(const std::string& path) {
 
 void write_splocs(const std::string& path, const ShapeSource& shapes, const ShapesDone& done) {
     silence_hdf5();
-    AtomicFile target(path);  // first, since it creates the folder
-    const TemporaryPath temporary(path);
-    SplocsWriter writer(temporary.path(), path);
+    AtomicFile target(path);  // first: a place that cannot be written shows before the work
+    SplocsWriter writer(path);
     writer.write(shapes, done);
-    writer.close();
-    copy_into(target, temporary.path());
+    target.write(writer.image());
     target.commit();
 }
 

@@ -1,18 +1,37 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/safetensors.h"
 #include "mscomp/generate/generate.h"
 
 namespace mscomp {
 namespace {
+
+constexpr const char* kTruth = "truth.json";
+constexpr const char* kRotationTruth = "truth_rotation.safetensors";
+
+/// What an earlier sequence in this folder says it is made of: together they would be none.
+void drop_earlier(const std::string& folder, OutputFolder& output) {
+    const std::string path = folder + "/" + kTruth;
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return;
+    const nlohmann::json earlier = nlohmann::json::parse(read_file(path), nullptr, false);
+    if (!earlier.is_object() || !earlier.contains("frames")) return;
+    output.drop(kRotationTruth);
+    for (const auto& frame : earlier["frames"]) {
+        const std::string name = frame.is_string() ? frame.get<std::string>() : "";
+        if (!name.empty() && name.find('/') == std::string::npos) output.drop(name + ".obj");
+    }
+}
 
 void write_weights(const GeneratedSequence& generated, const std::string& path) {
     const std::size_t count = generated.component_names.size();
@@ -53,17 +72,20 @@ void write_rotation(const GeneratedSequence& generated, const std::string& path)
 }  // namespace
 
 void write_generated(const GeneratedSequence& generated, const std::string& folder) {
+    OutputFolder output(folder);
+    drop_earlier(folder, output);
     const MeshSequence& sequence = generated.sequence;
     parallel_for(sequence.shape_count(), [&](std::int64_t n) {
         const auto place = at(n);
-        write_obj(fmt::format("{}/{}.obj", folder, sequence.names[place]),
+        write_obj(output.path(sequence.names[place] + ".obj"),
                   {sequence.shapes[place], sequence.faces});
     });
-    write_weights(generated, folder + "/truth.json");
-    write_supports(generated, folder + "/truth_supports.safetensors");
+    write_weights(generated, output.path(kTruth));
+    write_supports(generated, output.path("truth_supports.safetensors"));
     if (!generated.rotation_truth.rotation.empty()) {
-        write_rotation(generated, folder + "/truth_rotation.safetensors");
+        write_rotation(generated, output.path(kRotationTruth));
     }
+    output.commit();
 }
 
 }  // namespace mscomp

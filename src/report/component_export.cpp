@@ -11,7 +11,7 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
-#include "mscomp/base/outputs.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/render/render.h"
 #include "mscomp/report/component_sheets.h"
 #include "mscomp/run/component_meshes.h"
@@ -38,9 +38,10 @@ nlohmann::ordered_json describe(const Component& component, int vertices, bool h
 }
 
 /// Meshes that an earlier export into this folder names: they would stand beside the new ones.
-void remove_earlier_export(const std::string& folder) {
+void drop_earlier_export(const std::string& folder, OutputFolder& output) {
     const std::string list = folder + "/components.json";
-    if (!std::filesystem::exists(list)) return;
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(list, error)) return;
     const nlohmann::json earlier = nlohmann::json::parse(read_file(list), nullptr, false);
     if (!earlier.is_object() || !earlier.contains("components")) return;
     for (const auto& component : earlier["components"]) {
@@ -51,7 +52,7 @@ void remove_earlier_export(const std::string& folder) {
             // Only names that we give: level0_3.ply.
             if (name.starts_with("level") && name.ends_with(".ply") &&
                 name.find('/') == std::string::npos) {
-                std::filesystem::remove(std::filesystem::path(folder) / name);
+                output.drop(name);
             }
         }
     }
@@ -65,23 +66,23 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
     const int vertices = run.reference().vertex_count();
     const std::vector<Component> components = run.components();
     const ComponentMeshes meshes(run.context(), run.model->rows());
-    create_folder(folder);
-    remove_earlier_export(folder);
+    OutputFolder output(folder);
+    drop_earlier_export(folder, output);
 
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     ShownComponents shown;
     int kept = 0;
     for (const int i : strongest_first(components)) {
         const Component& component = components[at(i)];
-        throw_if_interrupted("interrupted; some components are written, components.json is not");
+        throw_if_interrupted(fmt::format("interrupted; nothing was changed in {}", folder));
         const bool has_file = component.kept || options.all;
         list.push_back(describe(component, vertices, has_file));
         kept += component.kept ? 1 : 0;
         if (has_file) {
             shown.components.push_back(&component);
             shown.shapes.push_back(meshes.colored(component.difference));
-            write_colored_ply(folder + "/" + file_name(component), shown.shapes.back());
-            write_colored_ply(folder + "/" + other_file_name(component),
+            write_colored_ply(output.path(file_name(component)), shown.shapes.back());
+            write_colored_ply(output.path(other_file_name(component)),
                               meshes.colored(component.other_difference));
         }
         if (options.on_progress) {
@@ -94,11 +95,12 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
                                   {"vertices", vertices},
                                   {"kept", kept},
                                   {"components", list}};
-    write_file(folder + "/components.json", report.dump(2) + "\n");
+    write_file(output.path("components.json"), report.dump(2) + "\n");
     const std::string title = fmt::format(
         "{} components of {}", kept, std::filesystem::path(run.context().source).stem().string());
-    write_png(folder + "/overview.png",
+    write_png(output.path("overview.png"),
               overview_sheet(title, run, components, shown, options.tile));
+    output.commit();
     return report;
 }
 

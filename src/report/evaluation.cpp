@@ -19,7 +19,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
-#include "mscomp/base/outputs.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/eval/shape_measures.h"
 #include "mscomp/run/shape_decoder.h"
 
@@ -190,21 +190,26 @@ class Evaluation {
     }
 
     void write_files(const ordered_json& report) {
-        create_folder(options_.output);
-        write_file(options_.output + "/table.csv", csv_of(report["per_shape"]));
-        write_file(options_.output + "/components.csv", csv_of(report["component_list"]));
+        OutputFolder output(options_.output);
+        output.drop(kPicture);
+        write_file(output.path("table.csv"), csv_of(report["per_shape"]));
+        write_file(output.path("components.csv"), csv_of(report["component_list"]));
         std::vector<int> worst;
         for (const int n : worst_shapes(fits_.back().measures.shapes(), options_.worst)) {
             worst.push_back(shapes_[at(n)]);
         }
-        if (worst.empty()) return;
-        write_error_picture(options_.output + "/errors.png",
-                            fmt::format("{}: the worst of {} shapes by the {} fit", options_.run,
-                                        shapes_.size(), fits_.back().name),
-                            decoder_, run_, file_, worst, has("features"), has("vertices"));
+        if (!worst.empty()) {
+            write_error_picture(output.path(kPicture),
+                                fmt::format("{}: the worst of {} shapes by the {} fit",
+                                            options_.run, shapes_.size(), fits_.back().name),
+                                decoder_, run_, file_, worst, has("features"), has("vertices"));
+        }
+        output.commit();
     }
 
   private:
+    static constexpr const char* kPicture = "errors.png";
+
     const TriangleMesh& reference() const { return run_.context().reference; }
     bool has(const char* fit) const { return options_.fit == "both" || options_.fit == fit; }
 

@@ -6,7 +6,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/interruption.h"
-#include "mscomp/base/outputs.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/edit/code_positions.h"
 #include "mscomp/report/component_sheets.h"
 
@@ -37,25 +37,27 @@ std::vector<std::string> sample_shapes(TrainedRun& run, const std::string& folde
     const CodePositions positions(*run.model, run.reference(),
                                   parse_edge_weights(run.context().weights),
                                   VertexSolver::lossless);
-    create_folder(folder);
+    OutputFolder output(folder);
     const int digits = static_cast<int>(std::to_string(options.count).size());
     std::vector<std::string> names, files;
     std::vector<std::vector<float>> codes;
     std::vector<ColoredShape> drawn;
     for (int i = 0; i < options.count; ++i) {
-        throw_if_interrupted(
-            fmt::format("interrupted; {} of {} meshes are in {}", i, options.count, folder));
+        throw_if_interrupted(fmt::format("interrupted; nothing was changed in {}", folder));
         codes.push_back(sampler.draw(static_cast<std::uint64_t>(i)));
         TriangleMesh mesh{positions.positions(positions.rows(codes.back())), run.reference().faces};
         names.push_back(fmt::format("sample_{:0{}}", i, digits));
-        files.push_back(fmt::format("{}/{}.{}", folder, names.back(), options.format));
-        write_mesh(files.back(), mesh);
+        const std::string file = fmt::format("{}.{}", names.back(), options.format);
+        files.push_back(folder + "/" + file);
+        write_mesh(output.path(file), mesh);
         if (i < kMostDrawn) drawn.push_back({std::move(mesh), {}, 0});
         if (options.on_progress) options.on_progress(i + 1, options.count);
     }
-    write_file(folder + "/codes.csv", code_table(run.components(), names, codes));
-    write_png(folder + "/overview.png", shapes_sheet(options.title, "Random shapes",
-                                                     run.reference(), drawn, names, options.tile));
+    write_file(output.path("codes.csv"), code_table(run.components(), names, codes));
+    write_png(
+        output.path("overview.png"),
+        shapes_sheet(options.title, "Random shapes", run.reference(), drawn, names, options.tile));
+    output.commit();
     return files;
 }
 

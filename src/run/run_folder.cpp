@@ -18,6 +18,7 @@ std::string checkpoint_path(const std::string& run) {
 std::string metrics_path(const std::string& run) { return in_folder(run, "metrics.csv"); }
 std::string config_path(const std::string& run) { return in_folder(run, "config.yaml"); }
 std::string log_path(const std::string& run) { return in_folder(run, "log.txt"); }
+std::string lock_path(const std::string& run) { return in_folder(run, ".lock"); }
 std::string evaluation_path(const std::string& run) { return in_folder(run, "evaluation.json"); }
 
 }  // namespace mscomp

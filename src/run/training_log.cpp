@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "training_log.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <sstream>
 #include <utility>
 
+#include "base/failed_call.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 
@@ -40,27 +42,78 @@ std::string kept_rows(const std::string& path, const std::string& head, std::int
 
 }  // namespace
 
-LineFile::LineFile(std::string path)
-    : path_(std::move(path)), file_(std::fopen(path_.c_str(), "a")) {
-    if (file_ == nullptr) throw IoError(path_, std::strerror(errno));
+std::string kept_metrics(const std::string& path, const std::vector<std::string>& terms,
+                         std::int64_t epoch) {
+    return kept_rows(path, header(terms), epoch);
 }
 
-LineFile::~LineFile() { std::fclose(file_); }
+LineFile::LineFile(std::string path)
+    : path_(std::move(path)),
+      descriptor_(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    struct stat info {};
+    if (descriptor_ < 0 || ::fstat(descriptor_, &info) != 0) fail(path_, "open", errno);
+    size_ = info.st_size;
+}
+
+LineFile::~LineFile() {
+    try {
+        write();
+    } catch (const IoError&) {
+        // A command that failed has said why; what happened is in the log as far as it can be.
+    }
+    ::close(descriptor_);
+}
 
 void LineFile::append(std::string_view line) {
-    std::fwrite(line.data(), 1, line.size(), file_);
-    std::fputc('\n', file_);
+    lines_ += line;
+    lines_ += '\n';
+}
+
+void LineFile::write() const {
+    for (std::size_t done = 0; done < lines_.size();) {
+        const ssize_t now = ::pwrite(descriptor_, lines_.data() + done, lines_.size() - done,
+                                     size_ + static_cast<off_t>(done));
+        if (now < 0 && errno == EINTR) continue;
+        if (now <= 0) {
+            const int failed = errno;
+            // No half line; if it stays nevertheless, who reads passes over it.
+            [[maybe_unused]] const int cut = ::ftruncate(descriptor_, size_);
+            fail(path_, "write", failed);
+        }
+        done += static_cast<std::size_t>(now);
+    }
+}
+
+bool LineFile::is_as_written() const {
+    std::string found(lines_.size(), '\0');
+    std::size_t count = 0;
+    while (count < found.size()) {
+        const ssize_t now = ::pread(descriptor_, found.data() + count, found.size() - count,
+                                    size_ + static_cast<off_t>(count));
+        if (now < 0 && errno == EINTR) continue;
+        if (now <= 0) return false;
+        count += static_cast<std::size_t>(now);
+    }
+    return found == lines_;
 }
 
 void LineFile::sync() {
-    const bool was_written = std::fflush(file_) == 0 && std::ferror(file_) == 0;
-    if (!was_written || fsync(fileno(file_)) != 0) throw IoError(path_, std::strerror(errno));
+    if (lines_.empty()) return;
+    write();
+    if (::fsync(descriptor_) != 0) fail(path_, "write to disk", errno);
+    if (!is_as_written()) {
+        throw IoError(path_,
+                      "what was read back differs from what was written; the disk or its "
+                      "connection is faulty");
+    }
+    size_ += static_cast<std::int64_t>(lines_.size());
+    lines_.clear();
 }
 
 MetricsFile::MetricsFile(const std::string& path, std::vector<std::string> terms,
                          std::int64_t epoch)
     : terms_(std::move(terms)), file_([&] {
-          write_file(path, kept_rows(path, header(terms_), epoch));
+          write_file(path, kept_metrics(path, terms_, epoch));
           return path;
       }()) {}
 

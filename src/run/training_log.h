@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,23 +10,34 @@
 
 namespace mscomp {
 
-/// A text file that grows line by line and is on disk after sync().
+/// A text file that grows line by line; what was appended since the last sync() is in memory.
 class LineFile {
   public:
     /// Opens for appending. Throws IoError.
     explicit LineFile(std::string path);
     LineFile(const LineFile&) = delete;
     LineFile& operator=(const LineFile&) = delete;
+    /// What was appended since the last sync() is written, if that is possible.
     ~LineFile();
 
     void append(std::string_view line);
-    /// Throws IoError if anything since the last call could not be written (disk full, ...).
+    /// Brings the lines to disk and reads them back. Throws IoError (disk full, ...); the file then
+    /// ends where it ended before, and the lines are written by the next call.
     void sync();
 
   private:
-    std::string path_;
-    std::FILE* file_;
+    void write() const;
+    bool is_as_written() const;
+
+    std::string path_, lines_;
+    int descriptor_;
+    std::int64_t size_ = 0;  // without `lines_`
 };
+
+/// The text of metrics.csv as a run finds it that goes on at `epoch`: the rows up to there of the
+/// one at `path`, and nothing but the header at epoch 0.
+std::string kept_metrics(const std::string& path, const std::vector<std::string>& terms,
+                         std::int64_t epoch);
 
 /// metrics.csv of a run: one row per epoch with the means over its steps.
 /// epoch,step,total,<terms>,learning_rate,touched,step_ms; the terms (level0_reconstruction, ...)

@@ -13,11 +13,13 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/run/config_change.h"
 #include "mscomp/run/peak_memory.h"
 #include "mscomp/run/run_folder.h"
+#include "run_lock.h"
 #include "training_log.h"
 #include "training_setup.h"
 
@@ -74,6 +76,10 @@ class Training {
         metrics_.sync();
         const TrainingState& state = learner_.state();
         write_model(checkpoint_path(run_), *setup_.model, setup_.context, state, learner_.codes());
+        note_saved();
+    }
+    void note_saved() {
+        const TrainingState& state = learner_.state();
         log_.append(fmt::format("saved at epoch {}, step {}, loss {:.6g}; peak memory {:.0f} MiB",
                                 state.epoch, state.step, state.total, peak_memory_mib()));
         log_.sync();
@@ -88,7 +94,8 @@ class Training {
             metrics_.append(report);
             if (options.on_epoch) options.on_epoch(report, metrics_.term_names());
             const bool is_stopped = options.should_stop && options.should_stop();
-            if (is_stopped || is_due()) save();
+            const bool is_wanted = options.should_save && options.should_save();
+            if (is_stopped || is_wanted || is_due()) save();
             if (is_stopped) return true;
         }
         return false;
@@ -109,6 +116,17 @@ class Training {
     std::chrono::steady_clock::time_point saved_at_ = std::chrono::steady_clock::now();
 };
 
+/// What belongs together, at once: an earlier run stands whole until this one does.
+void write_beginning(const std::string& run, const TrainingSetup& setup, Learner& learner) {
+    OutputFiles files({checkpoint_path(run), metrics_path(run), config_path(run)});
+    write_model(files.path(checkpoint_path(run)), *setup.model, setup.context, learner.state(),
+                learner.codes());
+    write_file(files.path(metrics_path(run)),
+               kept_metrics(metrics_path(run), learner.term_names(), learner.state().epoch));
+    write_file(files.path(config_path(run)), write_config(setup.config, true));
+    files.commit();
+}
+
 std::string begin_line(const std::string& title) {
     return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC  {}", fmt::gmtime(std::time(nullptr)), title);
 }
@@ -119,18 +137,30 @@ bool has_checkpoint(const std::string& run) {
     return std::filesystem::exists(checkpoint_path(run));
 }
 
+void require_free_run(const std::string& run, bool resume, bool force) {
+    recover_folder(run);
+    std::error_code error;
+    const auto is_there = [&](const std::string& path) {
+        return std::filesystem::exists(path, error);
+    };
+    if (has_checkpoint(run) ? resume : is_there(lock_path(run))) return;
+    const bool is_foreign = is_there(config_path(run)) || is_there(metrics_path(run));
+    if (!resume || is_foreign) require_free_folder(run, force);
+}
+
 TrainingResult train_run(const Config& config, const std::string& run,
                          const TrainingOptions& options) {
+    RunLock lock(run, lock_path(run));
+    recover_folder(run);
     std::optional<ModelFile> earlier;
     if (options.resume && has_checkpoint(run)) earlier.emplace(earlier_part(run, config));
     TrainingSetup setup(config);
     if (earlier) require_same_features(*earlier, setup, run);
 
-    create_folder(run);
+    lock.keep();
     LineFile log(log_path(run));
     log.append(begin_line(options.title));
     describe(setup, run, log);
-    write_file(config_path(run), write_config(config, true));
     const std::unique_ptr<Learner> learner =
         setup.model->learner(setup.features, setup.context.train_shapes);
     if (earlier) {
@@ -140,9 +170,10 @@ TrainingResult train_run(const Config& config, const std::string& run,
     } else {
         learner->start();
     }
+    const bool is_new = !earlier || earlier->context().config != setup.context.config;
+    if (is_new) write_beginning(run, setup, *learner);
     Training training(run, setup, *learner, log);
-    // From the first moment on the folder holds what belongs together, even if nothing else comes.
-    if (!earlier || earlier->context().config != setup.context.config) training.save();
+    if (is_new) training.note_saved();
     const bool is_stopped = training.go_on(options);
     if (!is_stopped && learner->state().is_plateau) {
         log.append(

@@ -9,7 +9,9 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
+#include "run/run_lock.h"
 #include "sweep_file.h"
 #include "sweep_run.h"
 #include "sweep_table.h"
@@ -21,9 +23,13 @@ std::string in_folder(const std::string& folder, const std::string& name) {
     return (std::filesystem::path(folder) / name).string();
 }
 
+std::string sweep_lock_path(const std::string& folder) { return in_folder(folder, ".sweep-lock"); }
+
 /// A folder that is new, empty or of an earlier sweep.
 void require_sweep_folder(const std::string& folder, bool force) {
-    if (std::filesystem::exists(in_folder(folder, "sweep.yaml"))) return;
+    for (const std::string& own : {in_folder(folder, "sweep.yaml"), sweep_lock_path(folder)}) {
+        if (std::filesystem::exists(own)) return;
+    }
     require_free_folder(folder, force);
 }
 
@@ -36,9 +42,14 @@ std::string record(const SweepFile& sweep, const std::vector<std::string>& overr
 
 void write_results(const SweepOptions& options, const SweepFile& sweep,
                    const std::vector<SweepRow>& rows) {
-    write_file(in_folder(options.output, "table.csv"), csv_table(sweep, rows));
-    write_file(in_folder(options.output, "table.md"), markdown_table(sweep, rows));
-    write_file(in_folder(options.output, "plot.svg"), plot_of(sweep, rows));
+    const std::string csv = in_folder(options.output, "table.csv");
+    const std::string markdown = in_folder(options.output, "table.md");
+    const std::string plot = in_folder(options.output, "plot.svg");
+    OutputFiles files({csv, markdown, plot});
+    write_file(files.path(csv), csv_table(sweep, rows));
+    write_file(files.path(markdown), markdown_table(sweep, rows));
+    write_file(files.path(plot), plot_of(sweep, rows));
+    files.commit();
 }
 
 /// Trains and measures one point. A number that is not finite is its result, not the end of all.
@@ -73,9 +84,11 @@ SweepResult run_sweep(const SweepOptions& options, nlohmann::ordered_json& repor
         configs.push_back(point_config(sweep, point, options.overrides));
     }
     require_sweep_folder(options.output, options.force);
+    RunLock lock(options.output, sweep_lock_path(options.output));
+    recover_folder(options.output);
     const std::vector<PointData> data = read_point_data(configs, sweep.measure);
 
-    create_folder(options.output);
+    lock.keep();
     write_file(in_folder(options.output, "sweep.yaml"), record(sweep, options.overrides));
     std::vector<SweepRow> rows;
     for (std::size_t i = 0; i < sweep.points.size(); ++i) {

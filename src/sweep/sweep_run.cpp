@@ -70,6 +70,7 @@ void train_point(const std::string& run, const Config& config, const PointData& 
     }
     training.on_epoch = options.on_epoch;
     training.should_stop = interrupted;
+    training.should_save = take_save_request;
     if (train_run(config, run, training).is_stopped) throw_if_interrupted("interrupted");
 }
 

@@ -96,6 +96,22 @@ TEST(SafetensorsPieces, CanBeReadAndWrittenAgain) {
     EXPECT_THAT(file.data<double>("doubles", {3}), testing::ElementsAreArray(kThreeDoubles));
 }
 
+// What is computed from it would otherwise be written with a valid checksum.
+TEST(SafetensorsPieces, NoticeWhatTheDiskGivesBackWrong) {
+    const TemporaryFolder folder;
+    SafetensorsPieceWriter writer = writer_in(folder);
+    write_all(writer);
+    const std::string file = folder / folder.names().at(0);
+    std::fstream disk(file, std::ios::in | std::ios::out | std::ios::binary);
+    disk.seekp(-4 * kWidth, std::ios::end);  // the last row
+    disk.put('!').flush();
+    std::vector<float> read(kWidth);
+    writer.read("rows", 0, std::span<float>(read));
+    EXPECT_THAT(thrown_message<IoError>(
+                    [&] { writer.read("rows", (kRows - 1) * kWidth, std::span<float>(read)); }),
+                HasSubstr("differs from what was written"));
+}
+
 TEST(SafetensorsPieces, AppearOnlyWhenFinishedAndLeaveNothingOtherwise) {
     const TemporaryFolder folder;
     folder.put("t", "earlier");

@@ -118,7 +118,7 @@ TEST(Program, ThreadsAreSetBeforeTheCommandRuns) {
 }
 
 TEST(Program, TheFirstSignalIsAFlagThatCommandsLookAt) {
-    for (const int signal : {SIGINT, SIGTERM}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR2, SIGXCPU}) {
         const Outcome outcome = run_throwing([signal] {
             EXPECT_FALSE(interrupted());
             throw_if_interrupted("not yet");
@@ -131,6 +131,39 @@ TEST(Program, TheFirstSignalIsAFlagThatCommandsLookAt) {
         EXPECT_EQ(outcome.code, 128 + signal);
         EXPECT_THAT(outcome.err, HasSubstr("saved; go on with --resume"));
     }
+}
+
+TEST(Program, ASaveIsAskedForWithoutStopping) {
+    const Outcome outcome = run_throwing([] {
+        EXPECT_FALSE(take_save_request());
+        std::raise(SIGUSR1);
+        EXPECT_FALSE(interrupted());
+        EXPECT_TRUE(take_save_request());
+        EXPECT_FALSE(take_save_request());
+    });
+    EXPECT_EQ(outcome.code, 0);
+}
+
+// nohup(1) has it ignored.
+TEST(Program, AnIgnoredHangUpStaysIgnored) {
+    std::signal(SIGHUP, SIG_IGN);
+    const Outcome outcome = run_throwing([] {
+        std::raise(SIGHUP);
+        EXPECT_FALSE(interrupted());
+    });
+    EXPECT_EQ(outcome.code, 0);
+    std::signal(SIGHUP, SIG_DFL);
+}
+
+// The system repeats it every second of processor time.
+TEST(Program, ALimitOfProcessorTimeIsOneWishHoweverOftenItIsSaid) {
+    const Outcome outcome = run_throwing([] {
+        std::raise(SIGXCPU);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+        std::raise(SIGXCPU);
+        throw_if_interrupted("saved");
+    });
+    EXPECT_EQ(outcome.code, 128 + SIGXCPU);
 }
 
 // timeout(1) and job systems signal twice in a row; only a later one is a second wish.

@@ -36,7 +36,8 @@ class SafetensorsPieceWriter {
     void write(const std::string& name, std::int64_t first, std::span<const T> data) {
         write_bytes(name, data_type_of<T>(), first, std::as_bytes(data));
     }
-    /// What was written there.
+    /// What was written there, one or several whole pieces. Throws IoError if the disk gives back
+    /// something else.
     template <class T>
     void read(const std::string& name, std::int64_t first, std::span<T> data) const {
         read_bytes(name, data_type_of<T>(), first, std::as_writable_bytes(data));

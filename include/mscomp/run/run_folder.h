@@ -10,6 +10,8 @@ std::string checkpoint_path(const std::string& run);
 std::string metrics_path(const std::string& run);
 std::string config_path(const std::string& run);
 std::string log_path(const std::string& run);
+/// Held by the process that writes to the folder.
+std::string lock_path(const std::string& run);
 /// What an evaluation of the run came to, kept by a sweep.
 std::string evaluation_path(const std::string& run);
 

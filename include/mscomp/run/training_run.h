@@ -19,6 +19,8 @@ struct TrainingOptions {
     std::function<void(const EpochReport& report, const std::vector<std::string>& terms)> on_epoch;
     /// Asked after every epoch: then the run is saved, and that is all.
     std::function<bool()> should_stop;
+    /// Asked after every epoch: then the run is saved, and goes on.
+    std::function<bool()> should_save;
 };
 
 struct TrainingResult {
@@ -28,14 +30,19 @@ struct TrainingResult {
 
 /// Whether the folder has a checkpoint to go on from.
 bool has_checkpoint(const std::string& run);
+/// Throws UsageError naming --force if a training that begins in the folder would replace what is
+/// no run without a checkpoint, as one leaves that was killed early; with `resume`, if it would
+/// replace a file that is not of a run. Undoes first what a killed process left half done.
+void require_free_run(const std::string& run, bool resume, bool force);
 
 /// Trains a model as `config` says, whose file names are absolute, in the run folder `run`, which
-/// is made if it is missing: config.yaml, metrics.csv, log.txt and the checkpoint, saved at the
-/// start, every train.checkpoint_every epochs or two minutes, and at the end. A checkpoint that is
-/// there is gone on from if `resume` says so, else replaced. What a resumed run may change is said
-/// by ConfigChange; the change is saved even where no epoch is left. The same bits whether it was
-/// stopped or not, for any number of threads. Throws UsageError (nothing to train on, a resumed run
-/// of other data or another configuration), CheckpointError, IoError and what training throws.
+/// is made if it is missing: config.yaml, metrics.csv, log.txt and the checkpoint, saved together
+/// at the start, then every train.checkpoint_every epochs or two minutes, and at the end. A
+/// checkpoint that is there is gone on from if `resume` says so, else replaced. What a resumed run
+/// may change is said by ConfigChange; the change is saved even where no epoch is left. The same
+/// bits whether it was stopped or not, for any number of threads. Throws IoError at once if another
+/// process trains there, UsageError (nothing to train on, a resumed run of other data or another
+/// configuration), CheckpointError, IoError and what training throws.
 TrainingResult train_run(const Config& config, const std::string& run,
                          const TrainingOptions& options = {});
 

@@ -12,6 +12,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/output_folder.h"
 
 namespace mscomp {
 namespace {
@@ -21,8 +22,9 @@ void check_finite(const std::string& path, const TriangleMesh& mesh) {
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         for (const double x : mesh.vertices[i]) {
             if (std::isfinite(x)) continue;
-            throw NumericalError(fmt::format(
-                "{}: vertex {} (counting from 1) is not finite; nothing was written", path, i + 1));
+            throw NumericalError(
+                fmt::format("{}: vertex {} (counting from 1) is not finite; nothing was written",
+                            final_name(path), i + 1));
         }
     }
 }
@@ -34,7 +36,7 @@ void check_fits_float(const std::string& path, const TriangleMesh& mesh) {
             throw NumericalError(fmt::format(
                 "{}: vertex {} (counting from 1) has a coordinate of {}, a PLY in float32 holds up "
                 "to 3.4e38; nothing was written",
-                path, i + 1, x));
+                final_name(path), i + 1, x));
         }
     }
 }
@@ -121,7 +123,8 @@ void write_ply(const std::string& path, const TriangleMesh& mesh,
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh) {
     const std::optional<MeshFormat> format = mesh_format(path);
-    if (!format) throw UsageError(fmt::format("{}: {}", path, extension_complaint(path)));
+    if (!format)
+        throw UsageError(fmt::format("{}: {}", final_name(path), extension_complaint(path)));
     switch (*format) {
         case MeshFormat::obj:
             return write_obj(path, mesh);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "acapfeat_commands.h"
 #include "cli/number_of.h"
@@ -17,6 +18,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/convert/array_files.h"
 #include "mscomp/convert/authors_text.h"
@@ -94,18 +96,17 @@ void write_meshes(const ShapeSource& shapes, const ConvertCommand& options, cons
         throw UsageError(fmt::format("{} holds {} shapes, {} would hold one; give a folder",
                                      options.input, shapes.shape_count(), options.output));
     }
-    if (output.is_folder) create_folder(options.output);
+    std::optional<OutputFolder> folder;
+    if (output.is_folder) folder.emplace(options.output);
     for (int i = 0; i < shapes.shape_count(); ++i) {
-        throw_if_interrupted(fmt::format("interrupted; {} of {} meshes are in {}", i,
-                                         shapes.shape_count(), options.output));
+        throw_if_interrupted("interrupted; nothing was written");
         const TriangleMesh mesh{shapes.shape(i), shapes.faces()};
         losses.watch_positions(mesh.vertices, output.mesh_format);
-        write_mesh(output.is_folder
-                       ? fmt::format("{}/{}.{}", options.output, names[at(i)], output.mesh_format)
-                       : options.output,
+        write_mesh(folder ? folder->path(names[at(i)] + "." + output.mesh_format) : options.output,
                    mesh);
         progress.update(i + 1);
     }
+    if (folder) folder->commit();
 }
 
 /// Extraction reads meshes only.
@@ -145,6 +146,14 @@ void write_shapes(const ShapeSource& shapes, const ConvertCommand& options, cons
     }
 }
 
+void write_text_pair(const std::string& path, const FeatureSet& set) {
+    const std::string stretch_path = stretch_path_of(path);
+    OutputFiles files({path, stretch_path});
+    write_authors_text(files.path(stretch_path), set, AuthorsMatrix::stretch);
+    write_authors_text(files.path(path), set, AuthorsMatrix::log_rotation);
+    files.commit();
+}
+
 void write_features_as(const FeatureSet& set, const ConvertCommand& options, const Output& output,
                        Losses& losses) {
     switch (output.format) {
@@ -157,8 +166,7 @@ void write_features_as(const FeatureSet& set, const ConvertCommand& options, con
             return write_npy(options.output, set);
         default:
             losses.add_all_but_features(set);
-            write_authors_text(stretch_path_of(options.output), set, AuthorsMatrix::stretch);
-            return write_authors_text(options.output, set, AuthorsMatrix::log_rotation);
+            return write_text_pair(options.output, set);
     }
 }
 

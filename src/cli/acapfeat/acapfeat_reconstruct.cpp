@@ -18,6 +18,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/eval/measures.h"
@@ -116,13 +117,12 @@ class ShapeReconstruction {
         return solved;
     }
 
-    void write(int index, const std::string& name, std::vector<Point> positions) const {
+    void write(int index, const std::string& path, std::vector<Point> positions) const {
         const auto n = at(index);
         if (!options_.keep_aligned) {
             positions = unaligned(std::move(positions), set_.rotation[n], set_.translation[n]);
         }
-        write_mesh(fmt::format("{}/{}.{}", options_.output, name, options_.format),
-                   {std::move(positions), set_.reference.faces});
+        write_mesh(path, {std::move(positions), set_.reference.faces});
     }
 
   private:
@@ -163,19 +163,20 @@ void add_to(Summary& summary, const Solved& solved, int index) {
 Summary reconstruct_shapes(const ReconstructCommand& options, const FeatureFile& file,
                            const ShapeReconstruction& reconstruction, ShapeRange range) {
     const std::vector<std::string> names = shape_file_names(file.outline().names);
+    OutputFolder output(options.output);
     Summary summary(file.outline().reference.vertices);
     Progress progress("reconstruct", range.size(), progress_options(options.common.quiet));
     // Blocks keep the memory bounded and the sums in the order of the shapes.
     const int block = 4 * thread_count();
     for (int begin = range.begin; begin < range.end; begin += block) {
-        throw_if_interrupted(fmt::format("interrupted; {} of {} meshes are in {}",
-                                         begin - range.begin, range.size(), options.output));
+        throw_if_interrupted(fmt::format("interrupted; nothing was changed in {}", options.output));
         std::vector<Solved> solved(at(std::min(block, range.end - begin)));
         parallel_for(static_cast<std::int64_t>(solved.size()), [&](std::int64_t i) {
             const int index = begin + static_cast<int>(i);
             Solved& one = solved[at(i)];
             one = reconstruction.solve(index);
-            reconstruction.write(index, names[at(index)], one.shape.vertices);
+            reconstruction.write(index, output.path(names[at(index)] + "." + options.format),
+                                 one.shape.vertices);
         });
         for (std::size_t i = 0; i < solved.size(); ++i) {
             add_to(summary, solved[i], begin + static_cast<int>(i));
@@ -183,6 +184,7 @@ Summary reconstruct_shapes(const ReconstructCommand& options, const FeatureFile&
         }
         progress.update(begin - range.begin + static_cast<int>(solved.size()));
     }
+    output.commit();
     return summary;
 }
 
@@ -274,7 +276,6 @@ void run_reconstruct(const ReconstructCommand& options) {
     const FeatureFile file(options.features);
     const ShapeRange range = parse_shape_range(options.frames, file.shape_count());
     const ShapeReconstruction reconstruction(options, file);
-    create_folder(options.output);
     const Summary summary = reconstruct_shapes(options, file, reconstruction, range);
     print_summary(options, file.outline(), range.size(), reconstruction.is_lossless(), summary);
 }

@@ -11,6 +11,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/eval/measures.h"
 #include "mscomp/run/shape_decoder.h"
@@ -44,9 +45,9 @@ BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const Fe
     const std::vector<std::string> names = shape_file_names(file.outline().names);
     std::size_t written = 0;
     const auto check_stop = [&] {
-        throw_if_interrupted(fmt::format("interrupted; {} of {} meshes are in {}", written,
-                                         shapes.size(), options.output));
+        throw_if_interrupted(fmt::format("interrupted; nothing was changed in {}", options.output));
     };
+    OutputFolder output(options.output);
     ShapeDecoder decoder(run, file, check_stop);
     BothErrors errors{FitErrors(reference.vertices), FitErrors(reference.vertices)};
     Progress progress("reconstruct", static_cast<std::int64_t>(shapes.size()),
@@ -63,12 +64,13 @@ BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const Fe
             add(errors.features, decoder, shape, plain[m]);
             if (fits_vertices) add(errors.vertices, decoder, shape, fitted[m]);
             const DecodedShape& result = fits_vertices ? fitted[m] : plain[m];
-            write_obj(fmt::format("{}/{}.obj", options.output, names[static_cast<size_t>(shape)]),
+            write_obj(output.path(names[static_cast<size_t>(shape)] + ".obj"),
                       {result.vertices, reference.faces});
             file.forget(shape);
             progress.update(static_cast<std::int64_t>(++written));
         }
     }
+    output.commit();
     return errors;
 }
 
@@ -144,7 +146,6 @@ void run_decode(const DecodeOptions& options) {
     const FeatureFile file(options.features);
     require_mesh_of(run, file);
     const std::vector<int> shapes = shapes_of_split(run, file, options.split);
-    create_folder(options.output);
     print_report(options, shapes.size(), levels, decode_shapes(options, run, file, shapes, levels));
 }
 

@@ -15,6 +15,7 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/nearest_name.h"
+#include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/model/synthesis.h"
 #include "mscomp/report/component_sheets.h"
@@ -115,6 +116,12 @@ void check_options(const SynthesizeOptions& options) {
     if (!options.sheet.empty()) require_free_file(options.sheet, options.common.force);
 }
 
+std::vector<std::string> output_paths(const SynthesizeOptions& options) {
+    std::vector<std::string> paths{options.output, options.sheet};
+    std::erase(paths, "");
+    return paths;
+}
+
 void write_synthesized(const std::string& path, const ComponentMeshes& meshes,
                        const std::vector<float>& change) {
     if (path.ends_with(".ply")) {
@@ -176,11 +183,12 @@ void run_synthesize(const SynthesizeOptions& options) {
     const Synthesis synthesis(*run.model, components);
     const ComponentMeshes meshes(context, run.model->rows());
 
+    OutputFiles outputs(output_paths(options));
     nlohmann::ordered_json report{{"run", options.run}, {"kind", run.config.kind}};
     nlohmann::ordered_json files = nlohmann::ordered_json::array();
     if (!options.output.empty()) {
         const std::vector<float> codes = synthesis.codes(weights);
-        write_synthesized(options.output, meshes, synthesis.change(codes));
+        write_synthesized(outputs.path(options.output), meshes, synthesis.change(codes));
         for (const ComponentWeight& w : weights) {
             report["weights"][components[at(w.code)].id] = w.weight;
         }
@@ -194,7 +202,7 @@ void run_synthesize(const SynthesizeOptions& options) {
         Progress progress("synthesize", static_cast<std::int64_t>(rows.size()),
                           progress_options(options.common.quiet));
         for (std::size_t i = 0; i < rows.size(); ++i) {
-            throw_if_interrupted("interrupted; the sheet is not written");
+            throw_if_interrupted("interrupted; nothing was written");
             sheet.add_row(*rows[i], options.sheet_weights);
             report["sheet_components"].push_back(rows[i]->id);
             progress.update(static_cast<std::int64_t>(i + 1));
@@ -202,9 +210,10 @@ void run_synthesize(const SynthesizeOptions& options) {
         report["sheet_weights"] = options.sheet_weights;
         const std::string title =
             "Components of " + std::filesystem::path(context.source).stem().string();
-        write_png(options.sheet, sheet.draw(title, options.tile));
+        write_png(outputs.path(options.sheet), sheet.draw(title, options.tile));
         files.push_back(options.sheet);
     }
+    outputs.commit();
     report["files"] = files;
     if (options.common.json) {
         fmt::print("{}\n", report.dump(2));

@@ -9,7 +9,6 @@
 #include "cli/progress.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
-#include "mscomp/base/outputs.h"
 #include "mscomp/base/path_from.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/run/peak_memory.h"
@@ -70,6 +69,7 @@ TrainingResult train(const TrainOptions& options, const Config& config, const st
         progress->update(report.state.epoch, describe_loss(report, terms));
     };
     training.should_stop = interrupted;
+    training.should_save = take_save_request;
     return train_run(config, run, training);
 }
 
@@ -87,7 +87,9 @@ void setup_train(CLI::App& app) {
                      "key=value that replaces what CONFIG says, e.g. train.epochs=500; repeatable")
         ->allow_extra_args(false);
     command->add_flag("--resume", options->resume,
-                      "Go on from the last checkpoint of the run folder, if there is one");
+                      "Go on from the last checkpoint of the run folder, if there is one. The "
+                      "signals INT, TERM, HUP, USR2 and XCPU save one and stop, USR1 saves one and "
+                      "goes on");
     add_force(*command, options->common);
     add_quiet(*command, options->common);
     add_threads(*command, options->common);
@@ -98,7 +100,7 @@ void setup_train(CLI::App& app) {
 void run_train(const TrainOptions& options) {
     const std::string run = run_folder(options);
     const Config config = effective_config(options);
-    if (!options.resume || !has_checkpoint(run)) require_free_folder(run, options.common.force);
+    require_free_run(run, options.resume, options.common.force);
     const TrainingResult result = train(options, config, run);
     if (result.is_stopped) throw_if_interrupted(how_to_go_on(options, run, result.state.epoch));
     fmt::print("{}: {} epochs, {} steps, loss {:.6g}; peak memory {:.0f} MiB\n", run,

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Makes calls of the system fail in every command that writes (docs/testing.md), and prints how many
+# were tried: the lines of the table there.
+#   scripts/faults.sh [TRIES [FILTER]]   at most TRIES of the calls of each class and kind of fault, all
+#                                        unless given; FILTER names commands: '*Train*'
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+export MSCOMP_FAULT_TRIES=${1:-1000000}
+cmake --preset release >/dev/null
+cmake --build --preset release --target faults_test >&2
+# Everything is written and synced thousands of times: in memory where there is such a folder.
+[[ -w /dev/shm ]] && export TMPDIR=/dev/shm
+build/release/bin/faults_test --gtest_brief=1 --gtest_filter="*${2:-*}*"

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "folder_exchange.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "in_place_exchange.h"
+#include "temporary_place.h"
+
+namespace fs = std::filesystem;
+
+namespace mscomp {
+namespace {
+
+/// Whether we, and so probably the shell that started us, are in the folder or below: it must stay
+/// where it is.
+bool is_current(const std::string& folder) {
+    std::error_code error;
+    const fs::path here = fs::current_path(error), there = fs::canonical(folder, error);
+    if (error) return false;
+    return std::mismatch(there.begin(), there.end(), here.begin(), here.end()).first == there.end();
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+    struct stat one {
+    }, other{};
+    return ::lstat(a.c_str(), &one) == 0 && ::lstat(b.c_str(), &other) == 0 &&
+           one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+}
+
+/// Entries of `folder` that stay although they are none of the new ones.
+std::vector<std::string> others_in(const std::string& folder, const std::set<std::string>& known,
+                                   bool& is_complete) {
+    std::vector<std::string> others;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        std::string name = entry->path().filename().string();
+        if (!known.contains(name)) others.push_back(std::move(name));
+    }
+    is_complete = !error;
+    return others;
+}
+
+/// Gives the others a second name in the new folder. Folders cannot have one.
+bool link_others(const std::string& folder, const std::string& fresh,
+                 const std::set<std::string>& known) {
+    bool is_complete = false;
+    const std::vector<std::string> others = others_in(folder, known, is_complete);
+    return is_complete && std::ranges::all_of(others, [&](const std::string& name) {
+               return ::linkat(AT_FDCWD, (folder + "/" + name).c_str(), AT_FDCWD,
+                               (fresh + "/" + name).c_str(), 0) == 0;
+           });
+}
+
+/// What came to the old folder, or was replaced in it, behind our back comes along.
+void fetch_latecomers(const std::string& old_folder, const std::string& folder,
+                      const std::set<std::string>& known) {
+    bool is_complete = false;
+    for (const std::string& name : others_in(old_folder, known, is_complete)) {
+        const std::string from = old_folder + "/" + name, to = folder + "/" + name;
+        if (!same_file(from, to)) std::rename(from.c_str(), to.c_str());
+    }
+}
+
+bool take_mode_and_owner(const std::string& from, const std::string& to) {
+    struct stat wanted {
+    }, found{};
+    if (::stat(from.c_str(), &wanted) != 0 || ::stat(to.c_str(), &found) != 0) return false;
+    const bool is_same_owner = wanted.st_uid == found.st_uid && wanted.st_gid == found.st_gid;
+    if (!is_same_owner && ::chown(to.c_str(), wanted.st_uid, wanted.st_gid) != 0) return false;
+    return ::chmod(to.c_str(), wanted.st_mode & 07777) == 0;
+}
+
+void sync_both(const std::string& folder) {
+    sync_folder(folder, folder);
+    sync_folder(folder_of(folder), folder);
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::string& folder) {
+    for (int attempt = 0;; ++attempt) {
+        descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (descriptor_ < 0) return;
+        while (::flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
+        }
+        // It may have been exchanged while we waited.
+        if (is_named(descriptor_, folder) || attempt == kQuickerThanUs) return;
+        ::close(std::exchange(descriptor_, -1));
+    }
+}
+
+FolderLock::~FolderLock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+bool exchange_folder(const std::string& folder, const std::string& staging,
+                     const std::vector<std::string>& names, const std::set<std::string>& dropped) {
+    const std::string fresh = new_files(staging);
+    std::error_code error;
+    if (!fs::exists(folder, error)) {
+        if (std::rename(fresh.c_str(), folder.c_str()) != 0) return false;
+        sync_both(folder);
+        return true;
+    }
+    std::set<std::string> known(names.begin(), names.end());
+    known.insert(dropped.begin(), dropped.end());
+    if (is_current(folder) || !link_others(folder, fresh, known) ||
+        !take_mode_and_owner(folder, fresh) ||
+        ::renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) != 0) {
+        return false;
+    }
+    fetch_latecomers(fresh, folder, known);
+    sync_both(folder);
+    return true;
+}
+
+}  // namespace mscomp
