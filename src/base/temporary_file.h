@@ -13,7 +13,8 @@
 namespace mscomp {
 
 /// A new file beside its target that takes the target's place when it is finished, and is removed
-/// if it never does. Every failure is an IoError with the target's name and the system's reason.
+/// if it never does. It has mode and owner of a file that it replaces, and replaces what a link
+/// leads to. Every failure is an IoError with the target's name and the system's reason.
 class TemporaryFile {
   public:
     /// Throws IoError if the folder cannot be written or `target` is something else than a file;

@@ -191,7 +191,7 @@ void set_defaults(Config& config) {
 KindKeys keys(Config& config) {
     auto& own = config.own<PcaSettings>();
     return {"Principal components of the vertex positions.",
-            {{"components", &own.components, kAtLeastOne,
+            {{"components", &own.components, kComponentCount,
               "directions, at most one less than training shapes"}},
             "",
             {},

@@ -25,7 +25,7 @@ IntervalField ramp_field(std::optional<SparsityRamp>& ramp) {
 
 Table level_keys(LevelConfig& level) {
     return {
-        {"components", &level.components, kAtLeastOne, "of each autoencoder", true},
+        {"components", &level.components, kComponentCount, "of each autoencoder", true},
         {"sparsity_range", &level.sparsity_range, kUnitRange, "geodesic radius, diameter = 1",
          true},
         {"max_support", &level.max_support, kPositiveUpToOne,

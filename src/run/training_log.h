@@ -20,6 +20,7 @@ class LineFile {
     LineFile& operator=(const LineFile&) = delete;
     ~LineFile();
 
+    /// `line` as `printable` makes it.
     void append(std::string_view line);
     /// Throws IoError if anything since the last call could not be written (disk full, ...).
     void sync();

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <ctime>
-#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -14,6 +13,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/outputs.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/run/config_change.h"
 #include "mscomp/run/peak_memory.h"
@@ -115,9 +115,7 @@ std::string begin_line(const std::string& title) {
 
 }  // namespace
 
-bool has_checkpoint(const std::string& run) {
-    return std::filesystem::exists(checkpoint_path(run));
-}
+bool has_checkpoint(const std::string& run) { return path_exists(checkpoint_path(run)); }
 
 TrainingResult train_run(const Config& config, const std::string& run,
                          const TrainingOptions& options) {
