@@ -34,11 +34,9 @@ int threads_that_fit(int wanted) {
 }
 
 /// `wanted`, or less where the system does not give as many: the OpenMP library would end the
-/// process. Those that it can have it makes at once, and keeps.
+/// process. Those that it can have it makes at once, and keeps them for the thread that asks.
 int threads_to_use(int wanted) {
-    static std::mutex trying;
-    static int tried = 1, fit = 1;
-    const std::lock_guard lock(trying);
+    thread_local int tried = 1, fit = 1;
     if (wanted <= fit || wanted <= tried) return std::min(wanted, fit);
     tried = wanted;
     fit = threads_that_fit(wanted);

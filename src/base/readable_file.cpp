@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
@@ -21,7 +22,7 @@ namespace {
 // A signal may reach another thread than the one that waits here, so it looks itself.
 constexpr int kPatienceMilliseconds = 100;
 
-// /dev/zero never ends.
+// /dev/zero never ends, nor do some files that say that they are empty (/proc/self/pagemap).
 constexpr std::size_t kMostOfStream = std::size_t{1} << 30;
 
 }  // namespace
@@ -54,7 +55,7 @@ std::size_t ReadableFile::read(std::span<char> bytes) const {
 
 std::size_t ReadableFile::counted(std::size_t got) const {
     read_ += got;
-    if (may_wait_ && read_ > kMostOfStream) {
+    if (read_ > std::max(size_, kMostOfStream)) {
         throw IoError(path_, fmt::format("gives more than {} MiB, which is taken from files only; "
                                          "copy it into one if it has an end",
                                          kMostOfStream >> 20U));

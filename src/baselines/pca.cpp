@@ -10,6 +10,7 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/points.h"
 #include "mscomp/base/safetensors.h"
+#include "mscomp/model/counts.h"
 #include "mscomp/model/kind.h"
 #include "mscomp/model/stored_arrays.h"
 

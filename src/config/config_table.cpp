@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mscomp/kinds/kinds.h"
+#include "mscomp/model/counts.h"
 
 namespace mscomp {
 namespace {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "mscomp/model/counts.h"
 #include "nn/trainer.h"
 
 namespace mscomp::nn {

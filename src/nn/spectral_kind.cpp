@@ -2,6 +2,7 @@
 // The spectral variational autoencoder [B] as a kind.
 #include <memory>
 
+#include "mscomp/model/counts.h"
 #include "mscomp/nn/kinds.h"
 #include "mscomp/nn/spectral_config.h"
 #include "nn/network.h"

@@ -85,12 +85,11 @@ TEST_F(BadSurroundings, PathsThatLeadNowhereAreRefused) {
 
 // /dev/zero never ends, a file under /proc says it has no bytes, a socket cannot be opened.
 TEST_F(BadSurroundings, FilesThatAreNoneAreRefused) {
-    for (const std::string& path : {std::string("/dev/null"), std::string("/proc/self/status"),
-                                    std::string("/proc/self/pagemap")}) {
+    for (const std::string path : {"/dev/null", "/proc/self/status"}) {
         for (const std::vector<std::string>& words : commands_with(path)) expect_refusal(words);
     }
     expect_refusal({"mscomp", "train", "/dev/zero"});
-    expect_refusal({"acapfeat", "check", "/dev/zero", "--reference", "/dev/zero"});
+    expect_refusal({"acapfeat", "extract", "--list", "/dev/zero", "-o", "x"});
 }
 
 TEST_F(BadSurroundings, NumbersThatNoComputerHoldsAreRefused) {

@@ -42,8 +42,7 @@ TEST_F(KeptInputs, AreNoOutputsUnderTheirOwnNames) {
     const std::string message = "an input, wanted another output";
     fs::copy_file(folder_ / "meshes/frame_0000.obj", folder_ / "shape");
     folder_.put("list", "meshes/frame_0000.obj\nmeshes/frame_0001.obj\n");
-    fs::copy_file(folder_ / "c.yaml", folder_ / "own.run/config.yaml",
-                  (fs::create_directory(folder_ / "own.run"), fs::copy_options::none));
+    folder_.put("own.run/config.yaml", TemporaryFolder::content(folder_ / "c.yaml"));
     fs::copy_file(folder_ / "f.safetensors", folder_ / "own.run/f.safetensors");
     fs::copy_file(folder_ / "run/checkpoint.safetensors", folder_ / "model.ply");
     fs::create_directory(folder_ / "parts");

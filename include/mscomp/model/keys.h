@@ -26,11 +26,7 @@ struct Bounds {
 
 inline constexpr Bounds kUnitRange{0, 1};
 inline constexpr Bounds kNotNegative{0};
-/// Of whole numbers: what no use needs more of, and sums of a few of them still fit.
-inline constexpr Bounds kCount{1, 1'000'000'000};
-inline constexpr Bounds kCountOrNone{0, 1'000'000'000};
-/// Of components: what memory is taken for as many times as the mesh has vertices.
-inline constexpr Bounds kComponentCount{1, 10'000};
+inline constexpr Bounds kAtLeastOne{1};
 inline constexpr Bounds kPositive{.low = 0, .low_open = true};
 inline constexpr Bounds kPositiveUpToOne{.low = 0, .high = 1, .low_open = true};
 
