@@ -12,6 +12,7 @@
 #include "feature_format.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/base/safetensors.h"
 
 namespace mscomp {
@@ -124,12 +125,12 @@ class OutlineReader {
     std::optional<std::vector<std::string>> read_list(const std::string& key) const {
         const std::optional<std::string> text = metadata(key);
         if (!text) return std::nullopt;
-        const Json list = Json::parse(*text, nullptr, false);
+        const std::optional<Json> list = sound_json<Json>(*text);
         const bool strings =
-            list.is_array() &&
-            std::all_of(list.begin(), list.end(), [](const Json& x) { return x.is_string(); });
+            list && list->is_array() &&
+            std::all_of(list->begin(), list->end(), [](const Json& x) { return x.is_string(); });
         if (!strings) fail(fmt::format("metadata '{}' is not a JSON list of strings", key));
-        return list.get<std::vector<std::string>>();
+        return list->get<std::vector<std::string>>();
     }
 
     std::optional<std::string> metadata(const std::string& key) const {

@@ -9,6 +9,7 @@
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/base/safetensors_pieces.h"
 
 namespace mscomp {
@@ -35,10 +36,7 @@ Tensors tensors_of(const FeatureSet& outline) {
     return tensors;
 }
 
-std::string json_list(const std::vector<std::string>& texts) {
-    // File names need not be UTF-8, JSON must be.
-    return Json(texts).dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+std::string json_list(const std::vector<std::string>& texts) { return json_text(Json(texts)); }
 
 Metadata metadata_of(const FeatureSet& outline) {
     return {{"format_version", kFeatureFormatVersion},

@@ -5,23 +5,12 @@
 
 #include <utility>
 
+#include "mscomp/base/printable.h"
+
 namespace mscomp {
-namespace {
-
-/// Messages quote names and keys out of files; none shall steer the terminal or begin a line.
-std::string one_line(std::string_view message) {
-    std::string text(message);
-    for (char& c : text) {
-        const auto code = static_cast<unsigned char>(c);
-        if (code < 0x20 || code == 0x7f) c = '?';
-    }
-    return text;
-}
-
-}  // namespace
 
 Error::Error(ExitCode exit_code, const std::string& message)
-    : std::runtime_error(message), exit_code_(exit_code) {}
+    : std::runtime_error(printable(message)), exit_code_(exit_code) {}
 
 UsageError::UsageError(const std::string& message) : Error(ExitCode::usage, message) {}
 
@@ -30,7 +19,7 @@ std::string at_position(const FilePosition& where, std::string_view message) {
     if (where.line > 0) text += fmt::format(":{}", where.line);
     if (where.column > 0) text += fmt::format(":{}", where.column);
     if (!text.empty()) text += ": ";
-    return text += one_line(message);
+    return text += printable(message);
 }
 
 InputError::InputError(FilePosition where, std::string_view message)

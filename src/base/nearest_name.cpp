@@ -22,6 +22,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& names) {
+    // What is longer than any name is not misspelt, and may be very long.
+    constexpr std::size_t kLongest = 256;
+    name = name.substr(0, kLongest);
     const auto nearest = std::min_element(
         names.begin(), names.end(), [name](const std::string& a, const std::string& b) {
             return edit_distance(name, a) < edit_distance(name, b);

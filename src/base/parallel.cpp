@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <latch>
 #include <limits>
 #include <mutex>
 #include <thread>
@@ -15,6 +16,36 @@ namespace mscomp {
 namespace {
 
 std::atomic<int> requested_threads{0};
+
+/// How many of `wanted` threads can be there at once, this one included.
+int threads_that_fit(int wanted) {
+    std::latch all_tried(1);
+    std::vector<std::thread> others;
+    try {
+        others.reserve(static_cast<std::size_t>(wanted - 1));
+        while (static_cast<int>(others.size()) < wanted - 1) {
+            others.emplace_back([&all_tried] { all_tried.wait(); });
+        }
+    } catch (const std::exception&) {  // no memory, or no thread: as many as there are
+    }
+    all_tried.count_down();
+    for (std::thread& other : others) other.join();
+    return static_cast<int>(others.size()) + 1;
+}
+
+/// `wanted`, or less where the system does not give as many: the OpenMP library would end the
+/// process. Those that it can have it makes at once, and keeps them for the thread that asks.
+int threads_to_use(int wanted) {
+    thread_local int tried = 1, fit = 1;
+    if (wanted <= fit || wanted <= tried) return std::min(wanted, fit);
+    tried = wanted;
+    fit = threads_that_fit(wanted);
+#if !defined(__SANITIZE_THREAD__)
+#pragma omp parallel num_threads(fit)
+    {}
+#endif
+    return fit;
+}
 
 }  // namespace
 
@@ -29,8 +60,9 @@ namespace detail {
 
 void parallel_for(std::int64_t count, IndexedCall call, void* context) {
     thread_local bool is_inside = false;
-    const int threads = static_cast<int>(std::min<std::int64_t>(thread_count(), count));
-    if (threads <= 1 || is_inside) {
+    const int wanted = static_cast<int>(std::min<std::int64_t>(thread_count(), count));
+    const int threads = wanted <= 1 || is_inside ? 1 : threads_to_use(wanted);
+    if (threads == 1) {
         for (std::int64_t i = 0; i < count; ++i) call(context, i);
         return;
     }

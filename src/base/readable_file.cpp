@@ -2,10 +2,12 @@
 #include "mscomp/base/readable_file.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
@@ -19,6 +21,9 @@ namespace {
 
 // A signal may reach another thread than the one that waits here, so it looks itself.
 constexpr int kPatienceMilliseconds = 100;
+
+// /dev/zero never ends, nor do some files that say that they are empty (/proc/self/pagemap).
+constexpr std::size_t kMostOfStream = std::size_t{1} << 30;
 
 }  // namespace
 
@@ -43,9 +48,19 @@ std::size_t ReadableFile::read(std::span<char> bytes) const {
     for (;;) {
         if (may_wait_) wait_for_data();
         const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
-        if (got >= 0) return at(got);
+        if (got >= 0) return counted(at(got));
         if (errno != EINTR && errno != EAGAIN) fail(path_, "read", errno);
     }
+}
+
+std::size_t ReadableFile::counted(std::size_t got) const {
+    read_ += got;
+    if (read_ > std::max(size_, kMostOfStream)) {
+        throw IoError(path_, fmt::format("gives more than {} MiB, which is taken from files only; "
+                                         "copy it into one if it has an end",
+                                         kMostOfStream >> 20U));
+    }
+    return got;
 }
 
 void ReadableFile::wait_for_data() const {

@@ -29,6 +29,29 @@ void create_folder(const std::string& folder, const std::string& path) {
     }
 }
 
+/// The file that a link leads to is the one to be replaced, so that the link stays.
+std::string behind_links(const std::string& path) {
+    std::error_code error;
+    if (!std::filesystem::is_symlink(path, error)) return path;
+    const std::filesystem::path file = std::filesystem::canonical(path, error);
+    if (error) throw IoError(path, "is a link to nowhere: " + error.message());
+    return file.string();
+}
+
+/// Who could read and write the file that is replaced can read and write the new one, as far as
+/// this user may give it away.
+void keep_mode_and_owner(int descriptor, const std::string& target) {
+    struct stat info {};
+    if (::stat(target.c_str(), &info) != 0) return;
+    const mode_t all = S_IRWXU | S_IRWXG | S_IRWXO;
+    // Until it has its owner nobody else shall read it.
+    ::fchmod(descriptor, info.st_mode & S_IRWXU);
+    const bool is_owned = ::fchown(descriptor, info.st_uid, info.st_gid) == 0 ||
+                          ::fchown(descriptor, static_cast<uid_t>(-1), info.st_gid) == 0;
+    // What the group might do was for that group only.
+    ::fchmod(descriptor, info.st_mode & (is_owned ? all : all & ~static_cast<mode_t>(S_IRWXG)));
+}
+
 /// A new file that this process has locked, or -1.
 int open_new_beside(const std::string& target, std::string& temporary) {
     const std::filesystem::path place(target);
@@ -56,13 +79,14 @@ void refuse_special_target(const std::string& path) {
     if (!S_ISREG(info.st_mode)) throw IoError(path, "is not a regular file, will not replace it");
 }
 
-TemporaryFile::TemporaryFile(std::string target) : target_(std::move(target)) {
+TemporaryFile::TemporaryFile(std::string target) : target_(behind_links(target)) {
     refuse_special_target(target_);
     create_folder(folder_of(target_), shown());
     remove_dead_temporaries_once(folder_of(target_));
     descriptor_ = open_new_beside(target_, path_);
     if (descriptor_ < 0) throw IoError(shown(), "cannot create: " + reason(errno));
     name_.emplace(path_);
+    keep_mode_and_owner(descriptor_, target_);
 }
 
 TemporaryFile::~TemporaryFile() {

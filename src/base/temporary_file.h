@@ -16,8 +16,9 @@ namespace mscomp {
 void refuse_special_target(const std::string& path);
 
 /// A new file beside its target that takes the target's place when it is finished, and is removed
-/// if it never does; if the process is killed, by the next that writes there. Every failure is an
-/// IoError with the target's name and the system's reason.
+/// if it never does; if the process is killed, by the next that writes there. It has mode and owner
+/// of a file that it replaces, and replaces what a link leads to. Every failure is an IoError with
+/// the target's name and the system's reason.
 class TemporaryFile {
   public:
     /// Throws IoError if the folder cannot be written or `target` is something else than a file;

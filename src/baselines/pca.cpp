@@ -10,6 +10,7 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/points.h"
 #include "mscomp/base/safetensors.h"
+#include "mscomp/model/counts.h"
 #include "mscomp/model/kind.h"
 #include "mscomp/model/stored_arrays.h"
 
@@ -191,7 +192,7 @@ void set_defaults(Config& config) {
 KindKeys keys(Config& config) {
     auto& own = config.own<PcaSettings>();
     return {"Principal components of the vertex positions.",
-            {{"components", &own.components, kAtLeastOne,
+            {{"components", &own.components, kComponentCount,
               "directions, at most one less than training shapes"}},
             "",
             {},

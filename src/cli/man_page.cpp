@@ -20,10 +20,10 @@ struct ExitStatus {
 /// The table of docs/cli.md.
 constexpr std::array kExitStatuses{
     ExitStatus{ExitCode::ok, "Done."},
-    ExitStatus{ExitCode::bug, "A bug, or memory ran out."},
+    ExitStatus{ExitCode::bug, "A bug."},
     ExitStatus{ExitCode::usage, "A wrong command line or configuration."},
     ExitStatus{ExitCode::invalid_input, "A wrong input file; the message names file and line."},
-    ExitStatus{ExitCode::io, "The system refused to read or write."},
+    ExitStatus{ExitCode::io, "The system refused to read or write, or memory ran out."},
     ExitStatus{ExitCode::numerical, "A value became infinite or undefined, or a solve failed."},
     ExitStatus{ExitCode::checkpoint, "An unusable checkpoint."},
     ExitStatus{ExitCode::interrupted, "Stopped by Ctrl-C."},

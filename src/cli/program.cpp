@@ -2,34 +2,43 @@
 #include "cli/program.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
-#include <charconv>
-#include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <iostream>
 #include <new>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "cli/process.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "command_pages.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/nearest_name.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/parsed_number.h"
 
 namespace mscomp {
 namespace {
 
-int fail(const CLI::App& app, ExitCode code, const std::string& message) {
-    std::cout.flush();
-    fmt::print(stderr, "{}: error: {}\n", app.get_name(), message);
-    return static_cast<int>(code);
+int code_of(ExitCode code) { return static_cast<int>(code); }
+
+int fail(const CLI::App& app, ExitCode code, std::string_view message) noexcept {
+    say("{}: error: {}\n", app.get_name(), message);
+    return code_of(code);
+}
+
+int fail_usage(const CLI::App& app, std::string_view message, std::string_view command) {
+    say("{}: error: {}\nSee {}{} --help\n", app.get_name(), message, app.get_name(), command);
+    return code_of(ExitCode::usage);
 }
 
 /// The first word that is no option where a command was wanted, or "".
@@ -51,47 +60,70 @@ std::vector<std::string> command_names(const CLI::App& app) {
 /// "", or what is wrong with `text`.
 std::string is_thread_count(const std::string& text) {
     constexpr int kMost = 1024;
-    int count = 0;
-    const char* end = text.data() + text.size();
-    const auto [at, error] = std::from_chars(text.data(), end, count);
-    if (error == std::errc{} && at == end && 0 <= count && count <= kMost) return "";
+    const std::optional<int> count = parsed_number<int>(text);
+    if (count && 0 <= *count && *count <= kMost) return "";
     return fmt::format("got {}, wanted 0 to {} (0: one per processor)", text, kMost);
 }
 
 int answer(const CLI::App& app, const CLI::ParseError& error) {
     // Help and version are answers, everything else is a mistake in the command line.
-    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+        std::ostringstream text, nothing;
+        app.exit(error, text, nothing);
+        print_lines(text.str());
+        flush_results();
+        return code_of(ExitCode::ok);
+    }
     const auto chosen = app.get_subcommands();
     const std::string unknown = chosen.empty() ? unknown_command(app) : "";
     if (!unknown.empty()) {
-        return fail(
-            app, ExitCode::usage,
-            fmt::format("there is no command '{}'; the nearest one is '{}'\nSee {} --help", unknown,
-                        nearest_name(unknown, command_names(app)), app.get_name()));
+        return fail_usage(app,
+                          fmt::format("there is no command '{}'; the nearest one is '{}'", unknown,
+                                      nearest_name(unknown, command_names(app))),
+                          "");
     }
-    const std::string command = chosen.empty() ? "" : " " + chosen.front()->get_name();
-    return fail(app, ExitCode::usage,
-                fmt::format("{}\nSee {}{} --help", error.what(), app.get_name(), command));
+    return fail_usage(app, error.what(), chosen.empty() ? "" : " " + chosen.front()->get_name());
 }
 
-void flush_results() {
-    std::cout.flush();
-    if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-        throw IoError("standard output", std::generic_category().message(errno));
+/// What memory is limited to by the shell, if it is: "; ulimit -v allows 200 MiB".
+std::string memory_limit() {
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
+    return fmt::format("; ulimit -v allows {} MiB", limit.rlim_cur >> 20U);
+}
+
+int run_command(CLI::App& app, int argc, const char* const* argv) {
+    try {
+        watch_interrupts();
+        app.parse(std::max(argc, 1), argv);
+        flush_results();
+        return code_of(ExitCode::ok);
+    } catch (const CLI::ParseError& error) {
+        return answer(app, error);
+    }
+}
+
+/// The code of an exception, whose message is printed. To be called where one was caught.
+int code_of_failure(const CLI::App& app) {
+    try {
+        throw;
+    } catch (const Error& error) {
+        return fail(app, error.exit_code(), error.what());
+    } catch (const std::system_error& error) {
+        return fail(app, ExitCode::io, error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(app, ExitCode::io, "not enough memory for this input" + memory_limit());
+    } catch (const std::length_error&) {
+        return fail(app, ExitCode::io, "not enough memory for this input");
+    } catch (const std::exception& error) {
+        return fail(app, ExitCode::bug,
+                    fmt::format("this is a bug, please report it: {}", error.what()));
+    } catch (...) {
+        return fail(app, ExitCode::bug, "this is a bug, please report it: unknown exception");
     }
 }
 
 }  // namespace
-
-void wait_asleep(char** argv) {
-    for (const char* variable : {"OMP_WAIT_POLICY", "GOMP_SPINCOUNT"}) {
-        if (std::getenv(variable) != nullptr) return;
-    }
-    // The OpenMP library reads its environment before main: only a new start can tell it.
-    setenv("GOMP_SPINCOUNT", "20000", 1);
-    execv("/proc/self/exe", argv);
-    // Where that is not possible the program runs as it is.
-}
 
 void setup_program(CLI::App& app) {
     app.set_version_flag("--version", app.get_name() + " " + MSCOMP_VERSION);
@@ -101,26 +133,23 @@ void setup_program(CLI::App& app) {
 
 int run_program(CLI::App& app, int argc, const char* const* argv) {
     try {
-        watch_interrupts();
-        app.parse(argc, argv);
-        flush_results();
-        return static_cast<int>(ExitCode::ok);
-    } catch (const CLI::ParseError& error) {
-        return answer(app, error);
-    } catch (const Error& error) {
-        return fail(app, error.exit_code(), error.what());
-    } catch (const std::bad_alloc&) {
-        return fail(app, ExitCode::bug, "not enough memory for this input");
-    } catch (const std::exception& error) {
-        // What is longer than a buffer fails while it is printed, with an exception of fmt's own.
-        if (std::ferror(stdout) != 0) {
-            const IoError unwritten("standard output", std::generic_category().message(errno));
-            return fail(app, unwritten.exit_code(), unwritten.what());
-        }
-        return fail(app, ExitCode::bug,
-                    fmt::format("this is a bug, please report it: {}", error.what()));
+        return run_command(app, argc, argv);
     } catch (...) {
-        return fail(app, ExitCode::bug, "this is a bug, please report it: unknown exception");
+        return code_of_failure(app);
+    }
+}
+
+int run_main(const Program& program, int argc, char** argv) {
+    prepare_process(argv);
+    try {
+        CLI::App app(program.description, program.name);
+        setup_program(app);
+        for (void (*setup)(CLI::App&) : program.commands) setup(app);
+        return run_program(app, argc, argv);
+    } catch (...) {
+        // Only memory can be missing here, for the message too.
+        write_all(STDERR_FILENO, "error: not enough memory\n");
+        return code_of(ExitCode::io);
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <initializer_list>
 #include <string>
 
 namespace CLI {
@@ -9,11 +10,6 @@ class App;
 
 namespace mscomp {
 
-/// Starts the program anew, once, so that OpenMP threads with nothing to do soon sleep instead of
-/// keeping a processor busy, which on a shared machine stops everybody. Leaves OMP_WAIT_POLICY and
-/// GOMP_SPINCOUNT alone where they are set. Call it first in main.
-void wait_asleep(char** argv);
-
 /// What both programs share: name, version, one command at a time.
 void setup_program(CLI::App& app);
 
@@ -21,6 +17,17 @@ void setup_program(CLI::App& app);
 /// stdout flushed. Returns the exit code (base/error.h); what went wrong is one line on stderr,
 /// "acapfeat: error: ...". The only place that catches and the only one that knows exit codes.
 int run_program(CLI::App& app, int argc, const char* const* argv);
+
+/// One of the two programs.
+struct Program {
+    const char* name;
+    const char* description;
+    std::initializer_list<void (*)(CLI::App&)> commands;  // each adds one
+};
+
+/// All that main does: prepares the process, makes the commands, runs the one chosen. Returns the
+/// exit code and throws nothing.
+int run_main(const Program& program, int argc, char** argv);
 
 /// Options that mean the same in every command.
 struct CommonOptions {

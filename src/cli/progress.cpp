@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "mscomp/base/index.h"
+#include "mscomp/base/printable.h"
 
 namespace mscomp {
 namespace {
@@ -31,10 +32,16 @@ std::size_t terminal_columns(std::FILE* stream) {
     return at(is_known ? size.ws_col : kDefaultColumns);
 }
 
+/// Nobody may be listening: that is no reason to stop.
+void write_to(std::FILE* stream, const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stream);
+    std::fflush(stream);
+}
+
 }  // namespace
 
-Progress::Progress(std::string title, std::int64_t total, ProgressOptions options)
-    : title_(std::move(title)), total_(total), options_(std::move(options)) {
+Progress::Progress(std::string_view title, std::int64_t total, ProgressOptions options)
+    : title_(printable(title)), total_(total), options_(std::move(options)) {
     if (!options_.clock) options_.clock = steady_seconds;
     if (options_.style == ProgressStyle::automatic) {
         const bool is_terminal = isatty(fileno(options_.stream)) != 0;
@@ -46,7 +53,7 @@ Progress::Progress(std::string title, std::int64_t total, ProgressOptions option
 }
 
 Progress::~Progress() {
-    if (is_line_open_) std::fputc('\n', options_.stream);
+    if (is_line_open_) write_to(options_.stream, "\n");
 }
 
 bool Progress::is_due(std::int64_t done, double now) const {
@@ -68,8 +75,7 @@ void Progress::update(std::int64_t done, std::string_view text) {
     if (options_.style == ProgressStyle::bar) {
         draw_bar(done, description);
     } else {
-        fmt::print(options_.stream, "{}  {}\n", title_, description);
-        std::fflush(options_.stream);
+        write_to(options_.stream, fmt::format("{}  {}\n", title_, description));
     }
 }
 
@@ -85,7 +91,7 @@ std::string Progress::describe(std::int64_t done, double now, std::string_view t
             elapsed / static_cast<double>(steps) * static_cast<double>(total_ - done);
         line += fmt::format("  {} left", duration_text(left));
     }
-    if (!text.empty()) line += fmt::format("  {}", text);
+    if (!text.empty()) line += fmt::format("  {}", printable(text));
     return line;
 }
 
@@ -95,11 +101,10 @@ void Progress::draw_bar(std::int64_t done, const std::string& description) {
     std::string line = fmt::format("{} [{:#<{}}{:-<{}}] {}", title_, "", filled, "",
                                    kBarWidth - filled, description);
     // A line that wraps cannot be redrawn in place.
-    line.resize(std::min(line.size(), terminal_columns(options_.stream) - 1));
-    fmt::print(options_.stream, "\r{}\x1b[K", line);
+    const std::size_t columns = terminal_columns(options_.stream) - 1;
     is_line_open_ = done < total_;
-    if (!is_line_open_) std::fputc('\n', options_.stream);
-    std::fflush(options_.stream);
+    write_to(options_.stream, fmt::format("\r{}\x1b[K{}", whole_characters(line, columns),
+                                          is_line_open_ ? "" : "\n"));
 }
 
 ProgressOptions progress_options(bool quiet, std::int64_t first) {

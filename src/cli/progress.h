@@ -24,10 +24,11 @@ struct ProgressOptions {
 };
 
 /// How far a long task is, with the time it will still take:
-/// `extract  45 %  32/71  0:12 left  <text>`. Not for use from several threads at once.
+/// `extract  45 %  32/71  0:12 left  <text>`. What cannot be written is lost. Not for use from
+/// several threads at once.
 class Progress {
   public:
-    Progress(std::string title, std::int64_t total, ProgressOptions options = {});
+    Progress(std::string_view title, std::int64_t total, ProgressOptions options = {});
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
     ~Progress();  // leaves the terminal at the beginning of a line

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "config_values.h"
 #include "mscomp/base/nearest_name.h"
+#include "mscomp/base/parsed_number.h"
 #include "mscomp/kinds/kinds.h"
 
 namespace mscomp {
@@ -33,11 +33,7 @@ std::string without_index(const std::string& name) { return name.substr(0, name.
 std::optional<std::size_t> index_of(std::string_view name) {
     const std::size_t open = name.find('[');
     if (open == std::string_view::npos || name.back() != ']') return {};
-    const std::string_view digits = name.substr(open + 1, name.size() - open - 2);
-    std::size_t index = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
-    if (error != std::errc{} || end != digits.data() + digits.size()) return {};
-    return index;
+    return parsed_number<std::size_t>(name.substr(open + 1, name.size() - open - 2));
 }
 
 void list_keys(const Table& table, const std::string& prefix, std::vector<std::string>& keys) {
@@ -73,6 +69,43 @@ const Key* find_key(const Table& table, std::string_view name) {
     return key == table.end() ? nullptr : &*key;
 }
 
+constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+constexpr int kMostLevels = 16;
+constexpr int kMostValues = 100'000;
+
+/// Walks a document once before others do, who call themselves for every level: an alias may stand
+/// for what it is in, or for very much. Throws ConfigError.
+class TreeCheck {
+  public:
+    TreeCheck(const std::string& path, const std::string& key) : path_(path), key_(key) {}
+
+    void visit(const YAML::Node& node, int level) {
+        if (level > kMostLevels) {
+            fail(node, fmt::format("nested deeper than {} levels", kMostLevels));
+        }
+        if (++values_ > kMostValues) {
+            fail(node, fmt::format("more than {} values, aliases written out", kMostValues));
+        }
+        for (const auto& entry : node) {
+            if (node.IsMap()) {
+                visit(entry.first, level + 1);
+                visit(entry.second, level + 1);
+            } else {
+                visit(entry, level + 1);
+            }
+        }
+    }
+
+  private:
+    [[noreturn]] void fail(const YAML::Node& node, const std::string& what) const {
+        throw ConfigError(position_of(node, path_), key_, what);
+    }
+
+    const std::string& path_;
+    const std::string& key_;
+    int values_ = 0;
+};
+
 /// What `node` names as model.kind, if it is a known kind.
 std::optional<std::string> known_kind(const YAML::Node& model) {
     if (!model.IsMap() || !model["kind"] || !model["kind"].IsScalar()) return {};
@@ -84,6 +117,10 @@ std::optional<std::string> known_kind(const YAML::Node& model) {
 }  // namespace
 
 YAML::Node load_document(std::string yaml, const std::string& path, const std::string& key) {
+    if (yaml.size() > kMostBytes) {
+        throw ConfigError({path}, key,
+                          fmt::format("{} bytes, wanted at most {}", yaml.size(), kMostBytes));
+    }
     // yaml-cpp 0.7 misses a quote that is never closed if a line break ends the text.
     yaml.erase(yaml.find_last_not_of(" \t\r\n") + 1);
     try {
@@ -92,7 +129,9 @@ YAML::Node load_document(std::string yaml, const std::string& path, const std::s
             throw ConfigError(position_of(documents[1], path), key,
                               "a second YAML document; wanted one");
         }
-        return documents.empty() ? YAML::Node{} : documents.front();
+        const YAML::Node document = documents.empty() ? YAML::Node{} : documents.front();
+        TreeCheck(path, key).visit(document, 0);
+        return document;
     } catch (const YAML::Exception& error) {
         const YAML::Mark& mark = error.mark;
         throw ConfigError(mark.is_null() ? FilePosition{path, 0, 0}

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mscomp/kinds/kinds.h"
+#include "mscomp/model/counts.h"
 
 namespace mscomp {
 namespace {
@@ -29,8 +30,8 @@ Table split_table(SplitConfig& split) {
                               {SplitKind::file, "file"}}),
          {},
          "which shapes train, the others test"},
-        {"step", &split.step, kAtLeastOne, "every: shapes 0, step, 2 step, ..."},
-        {"count", &split.count, kNotNegative, "random: how many"},
+        {"step", &split.step, kCount, "every: shapes 0, step, 2 step, ..."},
+        {"count", &split.count, kCountOrNone, "random: how many"},
         {"seed", &split.seed, kNotNegative, "random: which"},
         {"path", &split.path, {}, "file: shape indices from 0, one per line"},
     };

@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 
 #include "mscomp/base/index.h"
+#include "mscomp/base/parsed_number.h"
+#include "mscomp/base/printable.h"
 
 namespace mscomp {
 namespace {
@@ -19,11 +20,7 @@ bool is_plain(const YAML::Node& node) { return node.IsScalar() && node.Tag() != 
 template <class Number>
 std::optional<Number> parse_number(const YAML::Node& node) {
     if (!is_plain(node)) return {};
-    const std::string& text = node.Scalar();
-    Number value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size()) return {};
-    return value;
+    return parsed_number<Number>(node.Scalar());
 }
 
 struct ReadValue {
@@ -102,7 +99,10 @@ std::string found(const YAML::Node& node) {
     if (node.IsMap()) return "a mapping";
     if (node.IsSequence()) return "a list";
     if (!node.IsScalar()) return "nothing";
-    return fmt::format("\"{}\"", node.Scalar());
+    constexpr std::size_t kLongest = 80;
+    const std::string& text = node.Scalar();
+    const bool is_short = text.size() <= kLongest;
+    return fmt::format("\"{}{}\"", whole_characters(text, kLongest), is_short ? "" : "...");
 }
 
 }  // namespace mscomp

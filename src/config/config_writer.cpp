@@ -7,6 +7,7 @@
 #include <string>
 
 #include "config_table.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/config/config_file.h"
 
 namespace mscomp {
@@ -34,9 +35,7 @@ bool is_plain_path(const std::string& text) {
 }
 
 // A JSON string is a YAML one.
-std::string quoted(const std::string& text) {
-    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string quoted(const std::string& text) { return json_text(nlohmann::json(text)); }
 
 struct ValueText {
     std::string operator()(const bool* field) const { return *field ? "true" : "false"; }

@@ -16,6 +16,8 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/paths.h"
+#include "mscomp/base/readable_file.h"
 
 namespace mscomp {
 namespace {
@@ -80,7 +82,7 @@ class SplocsShapes final : public ShapeSource {
   public:
     explicit SplocsShapes(const std::string& path)
         : path_(path), file_(open(path)), verts_(open_dataset("verts")) {
-        const std::uint64_t size = std::filesystem::file_size(path);
+        const std::uint64_t size = file_size(path);
         const std::string verts = place("verts"), tris = place("tris");
         const Shape shape = require_dataset(verts_, H5T_FLOAT, verts, "floating-point numbers");
         require_shape(shape, {-1, -1, 3}, verts);
@@ -129,12 +131,10 @@ class SplocsShapes final : public ShapeSource {
   private:
     static HdfId open(const std::string& path) {
         silence_hdf5();
-        std::FILE* readable = std::fopen(path.c_str(), "rb");
-        if (readable == nullptr || std::filesystem::is_directory(path)) {
-            if (readable != nullptr) std::fclose(readable);
-            throw IoError(path, "cannot be read");
+        if (path_exists(path) && !is_regular_file(path)) {
+            throw IoError(path, "is not a regular file, cannot be read");
         }
-        std::fclose(readable);
+        const ReadableFile readable(path);  // says why it cannot be opened
         HdfId file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
         if (!file.is_open()) throw InputError({path}, "is not an HDF5 file, or is damaged");
         return file;

@@ -41,11 +41,14 @@ std::vector<float> draw_weights(const std::vector<Mover>& movers, int frames, st
 }  // namespace
 
 void require_size(std::string_view generator, int frames, int vertices) {
-    if (frames < 2) {
-        throw UsageError(fmt::format("{}: {} frames, wanted at least 2", generator, frames));
+    constexpr int kMostFrames = 1'000'000, kMostVertices = 20'000'000;
+    if (frames < 2 || frames > kMostFrames) {
+        throw UsageError(
+            fmt::format("{}: {} frames, wanted 2 to {}", generator, frames, kMostFrames));
     }
-    if (vertices < 100) {
-        throw UsageError(fmt::format("{}: {} vertices, wanted at least 100", generator, vertices));
+    if (vertices < 100 || vertices > kMostVertices) {
+        throw UsageError(
+            fmt::format("{}: {} vertices, wanted 100 to {}", generator, vertices, kMostVertices));
     }
 }
 

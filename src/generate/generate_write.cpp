@@ -8,6 +8,7 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/safetensors.h"
@@ -45,14 +46,14 @@ void write_weights(const GeneratedSequence& generated, const std::string& path) 
         truth["weights"].push_back(
             std::vector<float>(row, row + static_cast<std::ptrdiff_t>(count)));
     }
-    write_file(path, truth.dump(1) + "\n");
+    write_file(path, json_text(truth, 1) + "\n");
 }
 
 void write_supports(const GeneratedSequence& generated, const std::string& path) {
     SafetensorsWriter writer;
     writer.add<float>("supports", {generated.component_count(), generated.sequence.vertex_count()},
                       generated.supports);
-    writer.set_metadata("names", nlohmann::json(generated.component_names).dump());
+    writer.set_metadata("names", json_text(nlohmann::json(generated.component_names)));
     writer.write(path);
 }
 

@@ -10,6 +10,7 @@
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/base/safetensors.h"
 #include "mscomp/model/stored_arrays.h"
 
@@ -110,7 +111,7 @@ void write_model(const std::string& path, const LearnedModel& model, const Model
                            columns(codes, first, level.codes()));
         first += level.codes();
     }
-    arrays.write(path, {{"model", describe(context, state).dump()}});
+    arrays.write(path, {{"model", json_text(describe(context, state))}});
 }
 
 struct ModelFile::Content {
@@ -124,11 +125,11 @@ struct ModelFile::Content {
         if (found == file.metadata().end()) {
             throw CheckpointError(path, "a safetensors file, but not a model of mscomp");
         }
-        const nlohmann::json description = nlohmann::json::parse(found->second);
+        const nlohmann::json description = parsed_json<nlohmann::json>(found->second, path);
         if (description.at("format_version") != kFormatVersion) {
             throw CheckpointError(
                 path, fmt::format("model format {}, this program reads {}",
-                                  description.at("format_version").dump(), kFormatVersion));
+                                  json_text(description.at("format_version")), kFormatVersion));
         }
         context.config = description.at("config");
         context.source = description.at("source");

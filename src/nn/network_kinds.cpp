@@ -3,18 +3,19 @@
 
 #include <algorithm>
 
+#include "mscomp/model/counts.h"
 #include "nn/trainer.h"
 
 namespace mscomp::nn {
 
 Table network_train_keys(TrainConfig& train) {
     return {
-        {"epochs", &train.epochs, kAtLeastOne, "passes over the training shapes"},
-        {"batch", &train.batch, kAtLeastOne, "shapes per step, at most all"},
+        {"epochs", &train.epochs, kCount, "passes over the training shapes"},
+        {"batch", &train.batch, kCount, "shapes per step, at most all"},
         {"learning_rate", &train.learning_rate, kPositive,
          "of Adam, at the start; the papers: 0.001"},
         {"learning_rate_decay", &train.learning_rate_decay, kPositiveUpToOne, "factor per decay"},
-        {"decay_steps", &train.decay_steps, kAtLeastOne, "steps between two decays"},
+        {"decay_steps", &train.decay_steps, kCount, "steps between two decays"},
         {"learning_rate_floor", &train.learning_rate_floor, kNotNegative, "never below"},
         {"seed", &train.seed, kNotNegative, "of batches and of the random start"},
         {"start",
@@ -27,12 +28,12 @@ Table network_train_keys(TrainConfig& train) {
          {},
          "proximal: exact zeros; subgradient: the papers"},
         {"supports", &train.supports, {}, "leave out vertices where nothing acts: faster"},
-        {"fill_up_to", &train.fill_up_to, kNotNegative,
+        {"fill_up_to", &train.fill_up_to, Bounds{0, 4096},
          "fewer shapes are joined by locally mixed ones; 0: never"},
-        {"plateau_epochs", &train.plateau_epochs, kNotNegative,
+        {"plateau_epochs", &train.plateau_epochs, kCountOrNone,
          "ends when so many epochs gain too little; 0: never"},
         {"plateau_gain", &train.plateau_gain, kUnitRange, "part of the error that is too little"},
-        {"checkpoint_every", &train.checkpoint_every, kAtLeastOne, "epochs; the last always"},
+        {"checkpoint_every", &train.checkpoint_every, kCount, "epochs; the last always"},
     };
 }
 

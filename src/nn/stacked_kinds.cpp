@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The kinds of stacked autoencoders: with attention on levels [A], and with one level the AAAI-18
 // predecessor.
+#include <fmt/format.h>
+
+#include <cstdint>
 #include <memory>
 
+#include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/model/counts.h"
 #include "mscomp/nn/kinds.h"
 #include "nn/network.h"
 #include "nn/network_kinds.h"
@@ -25,7 +30,7 @@ IntervalField ramp_field(std::optional<SparsityRamp>& ramp) {
 
 Table level_keys(LevelConfig& level) {
     return {
-        {"components", &level.components, kAtLeastOne, "of each autoencoder", true},
+        {"components", &level.components, kComponentCount, "of each autoencoder", true},
         {"sparsity_range", &level.sparsity_range, kUnitRange, "geodesic radius, diameter = 1",
          true},
         {"max_support", &level.max_support, kPositiveUpToOne,
@@ -110,10 +115,23 @@ KindKeys autoencoder_kind_keys(Config& config) {
             network_train_keys(config.train)};
 }
 
+/// Every component of a level has an autoencoder of its own on the next, so levels multiply.
+void require_few_components(const StackedConfig& model) {
+    constexpr std::int64_t kMost = 100'000;
+    std::int64_t components = 1;
+    for (const LevelConfig& level : model.levels) {
+        components *= level.components;
+        if (components <= kMost) continue;
+        throw UsageError(fmt::format("model.levels: {} components on one level, wanted at most {}",
+                                     components, kMost));
+    }
+}
+
 std::unique_ptr<LearnedModel> make_stacked(const Config& config, const ModelPlace& place) {
     auto options = options_for<StackedModel<float>::Options>(config, place);
     options.supports = place.use == ModelUse::reading || config.train.supports;
     const auto& own = config.own<StackedSettings>();
+    require_few_components(own.model);
     auto model = std::make_unique<StackedModel<float>>(
         own.model, own.loss,
         one_rings_of_faces(place.reference.vertex_count(), place.reference.faces), place.distances,

@@ -11,7 +11,9 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/base/output_folder.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/render/render.h"
 #include "mscomp/report/component_sheets.h"
 #include "mscomp/run/component_meshes.h"
@@ -40,11 +42,10 @@ nlohmann::ordered_json describe(const Component& component, int vertices, bool h
 /// Meshes that an earlier export into this folder names: they would stand beside the new ones.
 void drop_earlier_export(const std::string& folder, OutputFolder& output) {
     const std::string list = folder + "/components.json";
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(list, error)) return;
-    const nlohmann::json earlier = nlohmann::json::parse(read_file(list), nullptr, false);
-    if (!earlier.is_object() || !earlier.contains("components")) return;
-    for (const auto& component : earlier["components"]) {
+    if (!path_exists(list)) return;
+    const auto earlier = sound_json<nlohmann::json>(read_file(list));
+    if (!earlier || !earlier->is_object() || !earlier->contains("components")) return;
+    for (const auto& component : earlier->at("components")) {
         for (const char* key : {"file", "other_file"}) {
             if (!component.is_object() || !component.contains(key)) continue;
             const std::string name =
@@ -95,7 +96,7 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
                                   {"vertices", vertices},
                                   {"kept", kept},
                                   {"components", list}};
-    write_file(output.path("components.json"), report.dump(2) + "\n");
+    write_file(output.path("components.json"), json_text(report, 2) + "\n");
     const std::string title = fmt::format(
         "{} components of {}", kept, std::filesystem::path(run.context().source).stem().string());
     write_png(output.path("overview.png"),

@@ -20,6 +20,7 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/output_folder.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/eval/shape_measures.h"
 #include "mscomp/run/shape_decoder.h"
 
@@ -37,7 +38,7 @@ FeatureFile opened_features(const std::string& path, const TrainedRun& run) {
 std::string features_path(const EvaluationOptions& options, const TrainedRun& run) {
     if (!options.features.empty()) return options.features;
     const std::string& source = run.context().source;
-    if (std::filesystem::exists(source)) return source;
+    if (path_exists(source)) return source;
     throw IoError(source,
                   "no such file, but the model was trained on it; if it is elsewhere now, name it "
                   "after the run");

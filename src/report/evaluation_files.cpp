@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "mscomp/base/index.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/eval/measures.h"
 #include "mscomp/render/error_sheet.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 std::string cell(const nlohmann::ordered_json& value) {
     if (value.is_null()) return {};
-    if (!value.is_string()) return value.dump();
+    if (!value.is_string()) return json_text(value);
     auto text = value.get<std::string>();
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
     std::string quoted = "\"";

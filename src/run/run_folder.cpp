@@ -3,6 +3,8 @@
 
 #include <filesystem>
 
+#include "mscomp/base/paths.h"
+
 namespace mscomp {
 namespace {
 
@@ -14,6 +16,9 @@ std::string in_folder(const std::string& folder, const char* name) {
 
 std::string checkpoint_path(const std::string& run) {
     return in_folder(run, "checkpoint.safetensors");
+}
+std::string model_path(const std::string& run_or_file) {
+    return is_folder(run_or_file) ? checkpoint_path(run_or_file) : run_or_file;
 }
 std::string metrics_path(const std::string& run) { return in_folder(run, "metrics.csv"); }
 std::string config_path(const std::string& run) { return in_folder(run, "config.yaml"); }

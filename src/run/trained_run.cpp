@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "mscomp/run/trained_run.h"
 
-#include <filesystem>
 #include <utility>
 
 #include "make_model.h"
@@ -14,7 +13,7 @@
 namespace mscomp {
 
 TrainedRun open_run(const std::string& path, int batch) {
-    const std::string file = std::filesystem::is_directory(path) ? checkpoint_path(path) : path;
+    const std::string file = model_path(path);
     TrainedRun run{ModelFile(file), {}, nullptr, nullptr};
     const ModelContext& context = run.context();
     try {

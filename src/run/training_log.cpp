@@ -8,13 +8,15 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <filesystem>
 #include <sstream>
 #include <utility>
 
 #include "base/failed_call.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/paths.h"
+#include "mscomp/base/printable.h"
+#include "mscomp/run/metrics_row.h"
 
 namespace mscomp {
 namespace {
@@ -23,18 +25,19 @@ std::string header(const std::vector<std::string>& terms) {
     return fmt::format("epoch,step,total,{},learning_rate,touched,step_ms", fmt::join(terms, ","));
 }
 
-/// Whole rows up to `epoch`; a row cut off by a kill has fewer fields and ends the text.
+/// Whole rows up to `epoch`; a row cut off by a kill has fewer fields and ends the text. Throws
+/// InputError for a row that is none.
 std::string kept_rows(const std::string& path, const std::string& head, std::int64_t epoch) {
     std::string kept = head + "\n";
-    if (epoch == 0 || !std::filesystem::exists(path)) return kept;
+    if (epoch == 0 || !path_exists(path)) return kept;
     const auto fields = [](std::string_view line) {
         return std::count(line.begin(), line.end(), ',');
     };
     std::istringstream lines(read_file(path));
     std::string line;
     std::getline(lines, line);
-    while (std::getline(lines, line) && fields(line) == fields(head)) {
-        if (std::stoll(line) > epoch) break;
+    for (std::int64_t n = 2; std::getline(lines, line) && fields(line) == fields(head); ++n) {
+        if (metrics_number<std::int64_t>(line, 0, {path, n}) > epoch) break;
         kept += line + "\n";
     }
     return kept;
@@ -64,10 +67,7 @@ LineFile::~LineFile() {
     ::close(descriptor_);
 }
 
-void LineFile::append(std::string_view line) {
-    lines_ += line;
-    lines_ += '\n';
-}
+void LineFile::append(std::string_view line) { lines_ += printable(line) + '\n'; }
 
 void LineFile::write() const {
     for (std::size_t done = 0; done < lines_.size();) {

@@ -20,6 +20,7 @@ class LineFile {
     /// What was appended since the last sync() is written, if that is possible.
     ~LineFile();
 
+    /// `line` as `printable` makes it.
     void append(std::string_view line);
     /// Brings the lines to disk and reads them back. Throws IoError (disk full, ...); the file then
     /// ends where it ended before, and the lines are written by the next call.

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <ctime>
-#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -15,6 +14,7 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/run/config_change.h"
 #include "mscomp/run/peak_memory.h"
@@ -133,9 +133,7 @@ std::string begin_line(const std::string& title) {
 
 }  // namespace
 
-bool has_checkpoint(const std::string& run) {
-    return std::filesystem::exists(checkpoint_path(run));
-}
+bool has_checkpoint(const std::string& run) { return path_exists(checkpoint_path(run)); }
 
 void require_free_run(const std::string& run, bool resume, bool force) {
     recover_folder(run);

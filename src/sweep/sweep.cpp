@@ -9,8 +9,11 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
+#include "mscomp/base/paths.h"
+#include "mscomp/base/printable.h"
 #include "run/run_lock.h"
 #include "sweep_file.h"
 #include "sweep_run.h"
@@ -27,16 +30,29 @@ std::string sweep_lock_path(const std::string& folder) { return in_folder(folder
 
 /// A folder that is new, empty or of an earlier sweep.
 void require_sweep_folder(const std::string& folder, bool force) {
+    require_extension(folder, "a folder", {});
     for (const std::string& own : {in_folder(folder, "sweep.yaml"), sweep_lock_path(folder)}) {
-        if (std::filesystem::exists(own)) return;
+        if (path_exists(own)) return;
     }
     require_free_folder(folder, force);
 }
 
+void require_own_outputs(const std::string& folder, const SweepFile& sweep,
+                         const std::vector<Config>& configs) {
+    std::vector<std::string> inputs{sweep.path, sweep.base_path}, outputs;
+    for (const Config& config : configs) {
+        inputs.insert(inputs.end(), {config.data.features, config.data.split.path});
+    }
+    for (const char* name : {"sweep.yaml", "table.csv", "table.md", "plot.svg"}) {
+        outputs.push_back(in_folder(folder, name));
+    }
+    require_apart(outputs, inputs);
+}
+
 /// The sweep as it was asked for.
 std::string record(const SweepFile& sweep, const std::vector<std::string>& overrides) {
-    std::string text = fmt::format("# {}\n", sweep.path);
-    for (const std::string& set : overrides) text += fmt::format("# --set {}\n", set);
+    std::string text = fmt::format("# {}\n", printable(sweep.path));
+    for (const std::string& set : overrides) text += fmt::format("# --set {}\n", printable(set));
     return text + sweep.text;
 }
 
@@ -84,6 +100,7 @@ SweepResult run_sweep(const SweepOptions& options, nlohmann::ordered_json& repor
         configs.push_back(point_config(sweep, point, options.overrides));
     }
     require_sweep_folder(options.output, options.force);
+    require_own_outputs(options.output, sweep, configs);
     RunLock lock(options.output, sweep_lock_path(options.output));
     recover_folder(options.output);
     const std::vector<PointData> data = read_point_data(configs, sweep.measure);

@@ -10,6 +10,7 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/nearest_name.h"
 #include "mscomp/base/path_from.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/kinds/kinds.h"
 #include "sweep_points.h"
 #include "sweep_table.h"
@@ -25,7 +26,7 @@ std::string folder_of(const std::string& path) {
 void anchor(DataConfig& data, const std::string& folder) {
     for (std::string* path : {&data.features, &data.split.path}) {
         if (path->empty()) continue;
-        *path = std::filesystem::absolute(path_from(folder, *path)).lexically_normal().string();
+        *path = absolute_path(path_from(folder, *path));
     }
 }
 

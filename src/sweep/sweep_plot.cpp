@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <utility>
 
 #include "mscomp/base/index.h"
+#include "mscomp/base/parsed_number.h"
 #include "mscomp/render/plot.h"
 #include "sweep_table.h"
 
@@ -15,10 +15,8 @@ namespace mscomp {
 namespace {
 
 std::optional<double> number_in(const std::string& text) {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(value)) return {};
-    return value;
+    const auto value = parsed_number<double>(text);
+    return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 /// What a row has of `column`: a key, a measure or its name.

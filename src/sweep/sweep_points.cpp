@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::size_t kLongestValue = 40;
 constexpr std::size_t kLongestName = 120;
+constexpr std::size_t kMostPoints = 10'000;
 
 bool is_plain(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
@@ -105,6 +106,13 @@ std::vector<Setting> read_settings(const YAML::Node& node, const std::string& pa
     return settings;
 }
 
+/// Throws ConfigError where `a` times `b` points are more than anybody trains.
+void require_few(std::size_t a, std::size_t b, const FilePosition& where) {
+    if (a * b <= kMostPoints) return;  // neither is beyond the limit of values in a document
+    throw ConfigError(where, "points",
+                      fmt::format("{} points, wanted at most {}", a * b, kMostPoints));
+}
+
 /// Cartesian product, the last key fastest.
 std::vector<SweepPoint> grid_points(const YAML::Node& node, const std::string& path) {
     std::vector<SweepPoint> points(1);
@@ -113,6 +121,7 @@ std::vector<SweepPoint> grid_points(const YAML::Node& node, const std::string& p
             throw ConfigError(position_of(axis.value, path), "points.grid." + axis.key,
                               fmt::format("got {}, wanted a list of values", found(axis.value)));
         }
+        require_few(points.size(), axis.value.size(), axis.where);
         std::vector<SweepPoint> longer;
         for (const SweepPoint& point : points) {
             for (const YAML::Node& value : axis.value) {
@@ -227,6 +236,7 @@ std::vector<SweepPoint> read_points(const YAML::Node& node, const std::string& p
     if (listed.empty() || grid.empty()) {
         points = listed.empty() ? grid : listed;
     } else {
+        require_few(listed.size(), grid.size(), position_of(node, path));
         for (const SweepPoint& each : listed) {
             for (const SweepPoint& on_grid : grid) points.push_back(joined(each, on_grid));
         }

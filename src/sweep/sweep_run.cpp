@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -11,11 +11,15 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/base/safetensors.h"
 #include "mscomp/report/evaluation.h"
+#include "mscomp/run/metrics_row.h"
 #include "mscomp/run/run_folder.h"
 #include "mscomp/run/split.h"
 #include "mscomp/run/training_run.h"
+#include "sweep_table.h"
 
 namespace mscomp {
 namespace {
@@ -28,6 +32,23 @@ nlohmann::ordered_json origin(const std::string& run, const SweepMeasure& measur
             {"checkpoint_header", hash("xxh3_header")},
             {"split", measure.split},
             {"fit", measure.fit}};
+}
+
+/// An evaluation that was written down, if it is of this origin; one that is damaged is made anew.
+std::optional<nlohmann::ordered_json> kept_evaluation(const std::string& path,
+                                                      const nlohmann::ordered_json& made_from) {
+    if (!path_exists(path)) return std::nullopt;
+    const auto kept = sound_json<nlohmann::ordered_json>(read_file(path));
+    if (!kept || !kept->is_object() ||
+        kept->value("made_from", nlohmann::ordered_json()) != made_from) {
+        return std::nullopt;
+    }
+    try {
+        measures_of(kept->at("evaluation"));
+        return kept->at("evaluation");
+    } catch (const nlohmann::ordered_json::exception&) {
+        return std::nullopt;
+    }
 }
 
 }  // namespace
@@ -78,13 +99,7 @@ nlohmann::ordered_json evaluate_point(const std::string& run, const SweepMeasure
                                       const SweepOptions& options) {
     const nlohmann::ordered_json made_from = origin(run, measure);
     const std::string path = evaluation_path(run);
-    if (std::filesystem::exists(path)) {
-        const auto kept = nlohmann::ordered_json::parse(read_file(path), nullptr, false);
-        if (kept.is_object() && kept.contains("made_from") && kept.contains("evaluation") &&
-            kept["made_from"] == made_from) {
-            return kept["evaluation"];
-        }
-    }
+    if (auto kept = kept_evaluation(path, made_from)) return *kept;
     EvaluationOptions evaluated;
     evaluated.run = run;
     evaluated.split = measure.split;
@@ -92,9 +107,9 @@ nlohmann::ordered_json evaluate_point(const std::string& run, const SweepMeasure
     evaluated.on_progress = options.on_measure;
     const nlohmann::ordered_json evaluation = evaluation_report(evaluated);
     const nlohmann::ordered_json file{{"made_from", made_from}, {"evaluation", evaluation}};
-    write_file(path, file.dump(2) + "\n");
+    write_file(path, json_text(file, 2) + "\n");
     // What was written has null where the number is not finite: the same from now on.
-    return nlohmann::ordered_json::parse(evaluation.dump());
+    return nlohmann::ordered_json::parse(json_text(evaluation));
 }
 
 TrainingTime training_time(const std::string& run) {
@@ -103,11 +118,12 @@ TrainingTime training_time(const std::string& run) {
     std::getline(lines, line);
     TrainingTime time;
     std::int64_t steps = 0;
-    while (std::getline(lines, line)) {
-        const std::int64_t step = std::stoll(line.substr(line.find(',') + 1));
-        time.epochs = std::stoll(line);
+    for (std::int64_t n = 2; std::getline(lines, line); ++n) {
+        const FilePosition here{metrics_path(run), n};
+        const auto step = metrics_number<std::int64_t>(line, 1, here);
+        time.epochs = metrics_number<std::int64_t>(line, 0, here);
         time.seconds +=
-            static_cast<double>(step - steps) * std::stod(line.substr(line.rfind(',') + 1)) / 1000;
+            static_cast<double>(step - steps) * metrics_number<double>(line, -1, here) / 1000;
         steps = step;
     }
     return time;

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "mscomp/base/parsed_number.h"
 #include "mscomp/config/config_file.h"
 #include "sweep_points.h"
 
@@ -123,8 +124,9 @@ std::string value_in(const YAML::Node& whole, const std::string& key) {
         if (name.empty()) continue;  // behind "]."
         const bool is_index = name.back() == ']';
         if (is_index) name.pop_back();
-        if (is_index ? !node.IsSequence() : !node.IsMap()) return "";
-        const YAML::Node next = is_index ? node[std::stoul(name)] : node[name];
+        const auto index = is_index ? parsed_number<std::size_t>(name) : std::nullopt;
+        if (is_index ? !index || !node.IsSequence() : !node.IsMap()) return "";
+        const YAML::Node next = index ? node[*index] : node[name];
         if (!next) return "";
         node.reset(next);
     }

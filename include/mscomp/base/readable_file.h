@@ -7,8 +7,8 @@
 
 namespace mscomp {
 
-/// A file to be read from its beginning to its end. Of a pipe or a device it waits for data, but
-/// not beyond a request to stop.
+/// A file to be read from its beginning to its end, once. Of a pipe or a device it waits for data,
+/// but not beyond a request to stop, and takes at most 1 GiB.
 class ReadableFile {
   public:
     /// Throws IoError with the system's reason, also if `path` is a folder.
@@ -25,8 +25,10 @@ class ReadableFile {
 
   private:
     void wait_for_data() const;
+    std::size_t counted(std::size_t got) const;
 
     std::string path_;
+    mutable std::size_t read_ = 0;
     std::size_t size_ = 0;
     int descriptor_ = -1;
     bool may_wait_ = false;

@@ -42,7 +42,8 @@ struct GeneratedSequence {
 /// to 120 degrees, the forearm twists linearly along its length to 270 degrees, the wrist bends.
 /// Fine and independent of it: four muscles, a knuckle and two ripples. The weights are smooth in
 /// time, each of its own frequency, so that no two are correlated over the frames after the first;
-/// `seed` draws who moves how fast and when. Throws UsageError if frames < 2 or vertices < 100.
+/// `seed` draws who moves how fast and when. Throws UsageError unless frames are 2 to 10^6 and
+/// vertices 100 to 2 * 10^7.
 GeneratedSequence generate_arm(int frames = 60, std::uint64_t seed = 0, int vertices = 3000);
 
 /// A sheet of 14 x 9 units with a boundary, exactly flat in frame 0 (z = 0). Coarse: both sides
@@ -72,8 +73,9 @@ struct TwistOptions {
 /// several turns: in frame n the ring at height s is carried by exp(phi a), phi = 2 pi turns
 /// s/10 n/(N-1), with a the axis of the bar where tilt = 0. Otherwise a leans over linearly along
 /// the bar, which lies oblique and bends into a coil; its middle line keeps its length. `seed`
-/// draws the noise, which spares frame 0. One component, `twist`. Throws UsageError if frames < 2,
-/// vertices < 100, an option is out of range, or two rings are half a turn or more apart.
+/// draws the noise, which spares frame 0. One component, `twist`. Throws UsageError if frames or
+/// vertices are as the arm refuses them, an option is out of range, or two rings are half a turn or
+/// more apart.
 GeneratedSequence generate_twist(int frames = 60, std::uint64_t seed = 0, int vertices = 400,
                                  const TwistOptions& options = {});
 

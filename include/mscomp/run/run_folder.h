@@ -12,6 +12,8 @@ std::string config_path(const std::string& run);
 std::string log_path(const std::string& run);
 /// Held by the process that writes to the folder.
 std::string lock_path(const std::string& run);
+/// The checkpoint of a run folder, or the model file itself.
+std::string model_path(const std::string& run_or_file);
 /// What an evaluation of the run came to, kept by a sweep.
 std::string evaluation_path(const std::string& run);
 

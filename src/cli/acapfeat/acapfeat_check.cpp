@@ -3,16 +3,18 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "acapfeat_commands.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "mesh_inputs.h"
 #include "mscomp/acap/check.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/parsed_number.h"
 
 namespace mscomp {
 namespace {
@@ -22,11 +24,8 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kPlacesShown = 10;
 
 CheckOptions check_options(const std::string& reference) {
-    CheckOptions options;
-    const char* end = reference.data() + reference.size();
-    const auto [at, error] = std::from_chars(reference.data(), end, options.reference_index);
-    if (error != std::errc{} || at != end) options = {0, reference};
-    return options;
+    const auto index = parsed_number<decltype(CheckOptions::reference_index)>(reference);
+    return index ? CheckOptions{*index, ""} : CheckOptions{0, reference};
 }
 
 Json to_json(const CheckPlace& place) {
@@ -73,53 +72,53 @@ void print_json(const CheckReport& report) {
                 {"quantile_999", report.stretch.most_below}}},
               {"findings", Json::array()}};
     for (const Finding& finding : report.findings) json["findings"].push_back(to_json(finding));
-    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+    print_lines(json_text(json, 2) + "\n");
 }
 
 void print_summary(const CheckReport& report) {
-    fmt::print("shapes        {}{}\n", report.files,
-               report.usable == report.files
-                   ? ""
-                   : fmt::format(", {} of them can be used", report.usable));
+    print_out("shapes        {}{}\n", report.files,
+              report.usable == report.files
+                  ? ""
+                  : fmt::format(", {} of them can be used", report.usable));
     if (report.reference.empty()) return;
-    fmt::print("reference     {}\n", report.reference);
-    fmt::print("vertices      {}\n", report.vertices);
-    fmt::print("faces         {}\n", report.faces);
-    fmt::print("edges         {}\n", report.edges);
-    fmt::print("components    {}\n", report.components);
-    fmt::print("boundaries    {}\n", report.boundary_loops);
-    fmt::print("size          {:.4g} x {:.4g} x {:.4g}, in the unit of the files\n",
-               report.highest[0] - report.lowest[0], report.highest[1] - report.lowest[1],
-               report.highest[2] - report.lowest[2]);
-    fmt::print("unit ball     positions times {:.6g}\n", report.unit_ball_scale);
+    print_out("reference     {}\n", report.reference);
+    print_out("vertices      {}\n", report.vertices);
+    print_out("faces         {}\n", report.faces);
+    print_out("edges         {}\n", report.edges);
+    print_out("components    {}\n", report.components);
+    print_out("boundaries    {}\n", report.boundary_loops);
+    print_out("size          {:.4g} x {:.4g} x {:.4g}, in the unit of the files\n",
+              report.highest[0] - report.lowest[0], report.highest[1] - report.lowest[1],
+              report.highest[2] - report.lowest[2]);
+    print_out("unit ball     positions times {:.6g}\n", report.unit_ball_scale);
     if (report.stretch.vertex == 0) return;
-    fmt::print("largest |S-I| {:.4g} at vertex {} of {}\n", report.stretch.largest,
-               report.stretch.vertex, report.stretch.file);
-    fmt::print("most |S-I|    below {:.3g} for 99.9 % of the vertices of all shapes\n",
-               report.stretch.most_below);
+    print_out("largest |S-I| {:.4g} at vertex {} of {}\n", report.stretch.largest,
+              report.stretch.vertex, report.stretch.file);
+    print_out("most |S-I|    below {:.3g} for 99.9 % of the vertices of all shapes\n",
+              report.stretch.most_below);
 }
 
 void print_finding(const Finding& finding) {
-    fmt::print("\n{}: {} [{}]\n", to_string(finding.severity), finding.sentence, finding.kind);
+    print_out("\n{}: {} [{}]\n", to_string(finding.severity), finding.sentence, finding.kind);
     const std::size_t shown = std::min(finding.places.size(), kPlacesShown);
-    for (std::size_t k = 0; k < shown; ++k) fmt::print("    {}\n", finding.places[k].text);
-    if (finding.places.size() > shown) fmt::print("    ... (more of them with --json)\n");
-    fmt::print("  {}\n", finding.advice);
+    for (std::size_t k = 0; k < shown; ++k) print_out("    {}\n", finding.places[k].text);
+    if (finding.places.size() > shown) print_out("    ... (more of them with --json)\n");
+    print_out("  {}\n", finding.advice);
 }
 
 void print_text(const CheckReport& report) {
     print_summary(report);
     for (const Finding& finding : report.findings) print_finding(finding);
-    fmt::print("\n");
+    print_out("\n");
     const int errors = report.count(Severity::error), warnings = report.count(Severity::warning);
     if (report.findings.empty()) {
-        fmt::print("Nothing is wrong or odd with these meshes.\n");
+        print_out("Nothing is wrong or odd with these meshes.\n");
     } else if (errors > 0) {
-        fmt::print("Extraction would stop: mend what is marked as error first.\n");
+        print_out("Extraction would stop: mend what is marked as error first.\n");
     } else if (warnings > 0) {
-        fmt::print("Extraction works. Look at the warnings before a long training.\n");
+        print_out("Extraction works. Look at the warnings before a long training.\n");
     } else {
-        fmt::print("Nothing is wrong with these meshes; the notes are worth knowing.\n");
+        print_out("Nothing is wrong with these meshes; the notes are worth knowing.\n");
     }
 }
 

@@ -10,6 +10,7 @@
 #include "acapfeat_commands.h"
 #include "cli/number_of.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/shape_files.h"
 #include "convert_formats.h"
 #include "mscomp/acap/feature_file.h"
@@ -18,6 +19,8 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/convert/array_files.h"
@@ -77,9 +80,24 @@ Contents read_input(const ConvertCommand& options, FileFormat format) {
     return contents;
 }
 
-void require_free(const ConvertCommand& options, const Output& output) {
-    if (output.is_folder) return require_free_folder(options.output, options.common.force);
+std::vector<std::string> inputs_of(const ConvertCommand& options, FileFormat format) {
+    std::vector<std::string> inputs{options.input};
+    if (format == FileFormat::meshes) inputs = expand_inputs({options.input});
+    if (format == FileFormat::text) inputs.push_back(stretch_path_of(options.input));
+    inputs.push_back(options.reference);
+    return inputs;
+}
+
+void require_free(const ConvertCommand& options, const Output& output,
+                  const std::vector<std::string>& inputs) {
+    if (output.is_folder) {
+        require_extension(options.output, "a folder", {});
+        require_free_folder(options.output, options.common.force);
+        return require_apart(files_of_kind(options.output, {output.mesh_format}), inputs);
+    }
+    require_extension(options.output, "the output of --to " + options.to, extensions_of(output));
     require_free_file(options.output, options.common.force);
+    require_apart({options.output}, inputs);
     if (output.format != FileFormat::text) return;
     const std::string stretch_path = stretch_path_of(options.output);
     if (stretch_path.empty()) {
@@ -87,6 +105,7 @@ void require_free(const ConvertCommand& options, const Output& output) {
                          ": wanted a name that begins with LOGRNEW; S*.txt is written beside it");
     }
     require_free_file(stretch_path, options.common.force);
+    require_apart({stretch_path}, inputs);
 }
 
 void write_meshes(const ShapeSource& shapes, const ConvertCommand& options, const Output& output,
@@ -186,18 +205,18 @@ void print_summary(const ConvertCommand& options, const Contents& contents, cons
         const nlohmann::ordered_json summary{
             {"file", options.output},     {"shapes", shapes},           {"vertices", vertices},
             {"features", wrote_features}, {"supplied", contents.notes}, {"lost", losses.all()}};
-        fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        print_lines(json_text(summary, 2) + "\n");
         return;
     }
-    fmt::print("{}: {} of {} with {}\n", options.output, wrote_features ? "features" : "vertices",
-               number_of_shapes(shapes), number_of_vertices(vertices));
+    print_out("{}: {} of {} with {}\n", options.output, wrote_features ? "features" : "vertices",
+              number_of_shapes(shapes), number_of_vertices(vertices));
     if (options.common.quiet) return;
     std::vector<std::string> notes = contents.notes;
     if (!losses.all().empty()) {
         notes.push_back(
             fmt::format("{} does not hold {}", options.output, fmt::join(losses.all(), ", ")));
     }
-    if (!notes.empty()) fmt::print(stderr, "acapfeat: note: {}\n", fmt::join(notes, "; "));
+    if (!notes.empty()) say("acapfeat: note: {}\n", fmt::format("{}", fmt::join(notes, "; ")));
 }
 
 }  // namespace
@@ -237,7 +256,7 @@ void setup_convert(CLI::App& app) {
 void run_convert(const ConvertCommand& options) {
     const FileFormat from = input_format(options.input);
     const Output output = output_format(options.output, options.to);
-    require_free(options, output);
+    require_free(options, output, inputs_of(options, from));
     const Contents contents = read_input(options, from);
     throw_if_interrupted("interrupted; nothing was written");
     Losses losses;

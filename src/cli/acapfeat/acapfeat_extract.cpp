@@ -3,8 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -14,6 +12,7 @@
 #include "acapfeat_commands.h"
 #include "cli/number_of.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "mesh_inputs.h"
 #include "mscomp/acap/extract.h"
 #include "mscomp/acap/feature_file.h"
@@ -21,7 +20,10 @@
 #include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/outputs.h"
+#include "mscomp/base/parsed_number.h"
 
 namespace mscomp {
 namespace {
@@ -41,13 +43,6 @@ class AllButTheLast final : public ShapeSource {
     const MeshFiles& files_;
     std::vector<std::string> names_;
 };
-
-std::optional<std::int64_t> index_in(const std::string& text) {
-    std::int64_t index = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
-    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-    return index;
-}
 
 FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& reference,
                            const ExtractCommand& options) {
@@ -70,9 +65,17 @@ FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& 
     return set;
 }
 
+void require_own_output(const ExtractCommand& options, const std::vector<std::string>& paths) {
+    std::vector<std::string> inputs = paths;
+    inputs.push_back(options.list);
+    inputs.push_back(options.reference);
+    require_apart({options.output}, inputs);
+}
+
 FeatureSet extract(const ExtractCommand& options) {
     std::vector<std::string> paths = mesh_paths(options.inputs, options.list);
-    if (const std::optional<std::int64_t> index = index_in(options.reference)) {
+    require_own_output(options, paths);
+    if (const std::optional<std::int64_t> index = parsed_number<std::int64_t>(options.reference)) {
         const auto count = static_cast<std::int64_t>(paths.size());
         if (*index < 0 || *index >= count) {
             throw UsageError(fmt::format("--reference: got {}, wanted 0 to {}, or a mesh file",
@@ -104,19 +107,19 @@ void print_summary(const FeatureSet& set, const ExtractCommand& options) {
             {"weights", set.weights},         {"aligned", options.align},
             {"consistency_energy", energy},   {"proved", proved},
             {"largest_jump", jump},           {"warnings", set.warnings}};
-        fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        print_lines(json_text(summary, 2) + "\n");
         return;
     }
-    fmt::print("{}: {}, {}, {}\n", options.output, number_of_shapes(set.shape_count()),
-               number_of_vertices(set.vertex_count()),
-               number_of(set.reference.face_count(), "face", "faces"));
-    fmt::print(
+    print_out("{}: {}, {}, {}\n", options.output, number_of_shapes(set.shape_count()),
+              number_of_vertices(set.vertex_count()),
+              number_of(set.reference.face_count(), "face", "faces"));
+    print_out(
         "consistency energy {:.6g} in all, proved least for {} of {}; largest jump across "
         "an edge {:.4g} rad\n",
         energy, proved, number_of_shapes(set.shape_count()), jump);
     if (options.common.quiet) return;
     for (const std::string& warning : set.warnings) {
-        fmt::print(stderr, "acapfeat: warning: {}\n", warning);
+        say("acapfeat: warning: {}\n", warning);
     }
 }
 
@@ -150,6 +153,7 @@ void setup_extract(CLI::App& app) {
 }
 
 void run_extract(const ExtractCommand& options) {
+    require_extension(options.output, "a feature file", {"safetensors"});
     require_free_file(options.output, options.common.force);
     print_summary(extract(options), options);
 }

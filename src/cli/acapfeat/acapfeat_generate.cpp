@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -7,8 +8,10 @@
 
 #include "acapfeat_commands.h"
 #include "cli/number_of.h"
+#include "cli/say.h"
 #include "cli/seed_option.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/generate/generate.h"
 
@@ -95,13 +98,18 @@ void refuse_foreign_options(const Generator& generator, const GenerateCommand& o
     }
 }
 
-/// Of the float32 positions alone; while it is made the sequence takes a multiple.
-void refuse_absurd_size(int frames, int vertices) {
-    constexpr double kMost = 64e9;
-    const double bytes = 12.0 * frames * vertices;
-    if (bytes <= kMost) return;
-    throw UsageError(fmt::format("{} frames of {} vertices take {:.3g} GB, wanted at most {:.3g}",
-                                 frames, vertices, bytes / 1e9, kMost / 1e9));
+/// Of what is kept of all frames until they are written.
+void refuse_absurd_size(const Generator& generator, int frames, int vertices) {
+    const double each =
+        generator.has_own_options ? 72 : 24;  // a twist has features beside positions
+    const double bytes = each * frames * vertices;
+    const double here = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+                        static_cast<double>(::sysconf(_SC_PAGESIZE));
+    const double most = std::min(64e9, 0.75 * here);
+    if (bytes <= most) return;
+    throw UsageError(fmt::format(
+        "{} frames of {} vertices take {:.3g} GB, wanted at most {:.3g} on this machine", frames,
+        vertices, bytes / 1e9, most / 1e9));
 }
 
 }  // namespace
@@ -150,12 +158,13 @@ void run_generate(const GenerateCommand& options) {
     refuse_foreign_options(*generator, options);
     const int frames = options.frames.value_or(generator->frames);
     const int vertices = options.vertices.value_or(generator->vertices);
-    refuse_absurd_size(frames, vertices);
+    refuse_absurd_size(*generator, frames, vertices);
+    require_extension(options.output, "a folder", {});
     require_free_folder(options.output, options.common.force);
     const GeneratedSequence generated = generator->make(frames, vertices, options);
     write_generated(generated, options.output);
-    fmt::print("{}: {} of {} and what they are made of\n", options.output,
-               number_of_shapes(generated.sequence.shape_count()), options.name);
+    print_out("{}: {} of {} and what they are made of\n", options.output,
+              number_of_shapes(generated.sequence.shape_count()), options.name);
 }
 
 }  // namespace mscomp

@@ -12,9 +12,11 @@
 
 #include "acapfeat_commands.h"
 #include "cli/number_of.h"
+#include "cli/say.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/feature_scaler.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/base/parallel.h"
 
 namespace mscomp {
@@ -124,25 +126,25 @@ void print_json(const FeatureFile& file) {
     info["inherent_jumps"] = set.inherent_jumps;
     info["removable_jumps"] = set.removable_jumps;
     info["warnings"] = set.warnings;
-    fmt::print("{}\n", info.dump(2, ' ', false, Json::error_handler_t::replace));
+    print_lines(json_text(info, 2) + "\n");
 }
 
 void print_energies(const FeatureSet& set) {
     const auto print = [](const char* label, const std::vector<double>& values) {
-        if (!values.empty()) fmt::print("{:<19} {:.6g} in all\n", label, total_of(values));
+        if (!values.empty()) print_out("{:<19} {:.6g} in all\n", label, total_of(values));
     };
     print("consistency energy", set.consistency_energy);
     print("  principal", set.principal_energy);
     print("  propagation", set.propagation_energy);
     print("gap to lower bound", set.consistency_gap);
     if (!set.consistency_gap.empty()) {
-        fmt::print("proved least        {} of {}\n", proved_count(set),
-                   number_of_shapes(set.shape_count()));
+        print_out("proved least        {} of {}\n", proved_count(set),
+                  number_of_shapes(set.shape_count()));
     }
     for (const int i : largest_jumps(set)) {
         const auto index = at(i);
-        fmt::print("jump across an edge {:.4g} rad in shape {}\n", set.largest_jump[index],
-                   set.names[index]);
+        print_out("jump across an edge {:.4g} rad in shape {}\n", set.largest_jump[index],
+                  set.names[index]);
     }
 }
 
@@ -150,7 +152,7 @@ void print_jumps(const FeatureSet& set) {
     if (set.large_jumps.empty() || set.inherent_jumps.empty() || set.removable_jumps.empty()) {
         return;
     }
-    fmt::print(
+    print_out(
         "jumps above pi      {} edges of all shapes; {} whatever the turns, {} perhaps "
         "removable\n",
         total_of(set.large_jumps), total_of(set.inherent_jumps), total_of(set.removable_jumps));
@@ -158,20 +160,20 @@ void print_jumps(const FeatureSet& set) {
 
 void print_text(const FeatureFile& file) {
     const FeatureSet& set = file.outline();
-    fmt::print("file                {}\n", file.path());
-    fmt::print("shapes              {}\n", set.shape_count());
-    fmt::print("vertices            {}\n", set.vertex_count());
-    fmt::print("faces               {}\n", set.reference.face_count());
-    fmt::print("weights             {}\n", set.weights);
+    print_out("file                {}\n", file.path());
+    print_out("shapes              {}\n", set.shape_count());
+    print_out("vertices            {}\n", set.vertex_count());
+    print_out("faces               {}\n", set.reference.face_count());
+    print_out("weights             {}\n", set.weights);
     const Extremes extremes = extremes_of(file);
-    fmt::print("r, radians          from {}\n", to_text(set, extremes.lowest_rotation));
-    fmt::print("                    to {}\n", to_text(set, extremes.highest_rotation));
-    fmt::print("S                   from {}\n", to_text(set, extremes.lowest_stretch));
-    fmt::print("                    to {}\n", to_text(set, extremes.highest_stretch));
+    print_out("r, radians          from {}\n", to_text(set, extremes.lowest_rotation));
+    print_out("                    to {}\n", to_text(set, extremes.highest_rotation));
+    print_out("S                   from {}\n", to_text(set, extremes.lowest_stretch));
+    print_out("                    to {}\n", to_text(set, extremes.highest_stretch));
     print_energies(set);
     print_jumps(set);
-    fmt::print("warnings            {}\n", set.warnings.empty() ? "none" : "");
-    for (const std::string& warning : set.warnings) fmt::print("  {}\n", warning);
+    print_out("warnings            {}\n", set.warnings.empty() ? "none" : "");
+    for (const std::string& warning : set.warnings) print_out("  {}\n", warning);
 }
 
 }  // namespace

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
-
 #include "acapfeat_commands.h"
 #include "cli/program.h"
 
 int main(int argc, char** argv) {
-    mscomp::wait_asleep(argv);
-    CLI::App app("Turns meshes of one connectivity into ACAP features and back", "acapfeat");
-    mscomp::setup_program(app);
-    mscomp::setup_check(app);
-    mscomp::setup_extract(app);
-    mscomp::setup_reconstruct(app);
-    mscomp::setup_info(app);
-    mscomp::setup_convert(app);
-    mscomp::setup_generate(app);
-    return mscomp::run_program(app, argc, argv);
+    using namespace mscomp;
+    return run_main({"acapfeat",
+                     "Turns meshes of one connectivity into ACAP features and back",
+                     {setup_check, setup_extract, setup_reconstruct, setup_info, setup_convert,
+                      setup_generate}},
+                    argc, argv);
 }

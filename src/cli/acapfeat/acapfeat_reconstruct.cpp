@@ -10,6 +10,7 @@
 
 #include "acapfeat_commands.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/shape_files.h"
 #include "handle_file.h"
 #include "mscomp/acap/feature_file.h"
@@ -18,6 +19,8 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/base/parallel.h"
@@ -207,32 +210,31 @@ void print_summary(const ReconstructCommand& options, const FeatureSet& set, int
             json["shapes_without_mesh"] = summary.without_mesh;
             json["shapes_not_converged"] = summary.not_converged;
         }
-        fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        print_lines(json_text(json, 2) + "\n");
         return;
     }
-    fmt::print("{}: {} {}, {} vertices, {} faces\n", options.output, count,
-               count == 1 ? "mesh" : "meshes", set.vertex_count(), set.reference.face_count());
-    fmt::print("E_rms to the meshes in the file (x1000, unit ball): {:.3g}, {:.3g} ms a shape",
-               summary.rms_error.value(), per_shape);
+    print_out("{}: {} {}, {} vertices, {} faces\n", options.output, count,
+              count == 1 ? "mesh" : "meshes", set.vertex_count(), set.reference.face_count());
+    print_out("E_rms to the meshes in the file (x1000, unit ball): {:.3g}, {:.3g} ms a shape",
+              summary.rms_error.value(), per_shape);
     if (!is_lossless) {
-        fmt::print("\n");
+        print_out("\n");
         return;
     }
-    fmt::print("; Poisson alone {:.3g}, {:.3g} ms\n", summary.poisson_rms_error.value(),
-               poisson_per_shape);
-    fmt::print("residual of the features: mean {:.2g}, largest {:.2g} in '{}'\n",
-               summary.residual_sum / count, summary.residual_max,
-               set.names[at(summary.residual_max_shape)]);
+    print_out("; Poisson alone {:.3g}, {:.3g} ms\n", summary.poisson_rms_error.value(),
+              poisson_per_shape);
+    print_out("residual of the features: mean {:.2g}, largest {:.2g} in '{}'\n",
+              summary.residual_sum / count, summary.residual_max,
+              set.names[at(summary.residual_max_shape)]);
     if (options.common.quiet) return;
     if (summary.without_mesh > 0 && options.handles.empty()) {
-        fmt::print(stderr,
-                   "acapfeat: note: {} of {} shapes have features that no mesh has exactly; "
-                   "their meshes come nearest\n",
-                   summary.without_mesh, count);
+        say("acapfeat: note: {} of {} shapes have features that no mesh has exactly; "
+            "their meshes come nearest\n",
+            summary.without_mesh, count);
     }
     if (summary.not_converged > 0) {
-        fmt::print(stderr, "acapfeat: warning: {} of {} shapes are not solved to the last digit\n",
-                   summary.not_converged, count);
+        say("acapfeat: warning: {} of {} shapes are not solved to the last digit\n",
+            summary.not_converged, count);
     }
 }
 
@@ -272,7 +274,10 @@ void run_reconstruct(const ReconstructCommand& options) {
     if (!options.handles.empty() && options.solver != "lossless") {
         throw UsageError("--handles: got --solver poisson, wanted lossless");
     }
+    require_extension(options.output, "a folder", {});
     require_free_folder(options.output, options.common.force);
+    require_apart(files_of_kind(options.output, {options.format}),
+                  {options.features, options.handles});
     const FeatureFile file(options.features);
     const ShapeRange range = parse_shape_range(options.frames, file.shape_count());
     const ShapeReconstruction reconstruction(options, file);

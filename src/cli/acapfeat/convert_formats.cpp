@@ -4,26 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/paths.h"
 
 namespace mscomp {
 namespace {
 
 constexpr const char* kKnown =
     ".obj, .ply, .off, .safetensors, .npz, .npy, .h5, .hdf5 or LOGRNEW*.txt";
-
-/// Lower case, without its dot.
-std::string extension_of(const std::string& path) {
-    std::string extension = std::filesystem::path(path).extension().string();
-    if (!extension.empty()) extension.erase(0, 1);
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension;
-}
 
 bool is_mesh_format(const std::string& name) {
     return name == "obj" || name == "ply" || name == "off";
@@ -48,10 +40,10 @@ bool is_exact_in(double x, const std::string& mesh_format) {
 }  // namespace
 
 FileFormat input_format(const std::string& path) {
-    if (std::filesystem::is_directory(path)) return FileFormat::meshes;
+    if (is_folder(path)) return FileFormat::meshes;
     const std::optional<FileFormat> format = format_named(extension_of(path));
     if (!format || extension_of(path) == "text") {
-        if (!std::filesystem::exists(path)) {
+        if (!path_exists(path)) {
             throw UsageError(fmt::format("there is no file or folder '{}'", path));
         }
         throw UsageError(
@@ -66,19 +58,37 @@ FileFormat input_format(const std::string& path) {
 
 Output output_format(const std::string& path, const std::string& to) {
     const std::string extension = extension_of(path);
-    const bool is_folder = std::filesystem::is_directory(path) || path.ends_with('/');
+    const bool names_folder = is_folder(path) || path.ends_with('/');
     const std::optional<FileFormat> own = format_named(extension);
     if (!to.empty()) {
         const FileFormat format = *format_named(to);
         const bool is_mesh = format == FileFormat::meshes;
-        return {format, is_mesh && (is_folder || extension != to), is_mesh ? to : ""};
+        return {format, is_mesh && (names_folder || extension != to), is_mesh ? to : ""};
     }
-    if (is_folder || extension.empty()) return {FileFormat::meshes, true, "obj"};
+    if (names_folder || extension.empty()) return {FileFormat::meshes, true, "obj"};
     if (!own || extension == "text") {
         throw UsageError(
             fmt::format("{}: cannot tell the format; wanted {}, a folder, or --to", path, kKnown));
     }
     return {*own, false, is_mesh_format(extension) ? extension : ""};
+}
+
+std::vector<std::string> extensions_of(const Output& output) {
+    switch (output.format) {
+        case FileFormat::meshes:
+            return {output.mesh_format};
+        case FileFormat::safetensors:
+            return {"safetensors"};
+        case FileFormat::npz:
+            return {"npz"};
+        case FileFormat::npy:
+            return {"npy"};
+        case FileFormat::hdf5:
+            return {"h5", "hdf5"};
+        case FileFormat::text:
+            return {"txt"};
+    }
+    return {};
 }
 
 void Losses::add(const std::string& what) {

@@ -23,6 +23,9 @@ FileFormat input_format(const std::string& path);
 /// extension of `path`; without any it is a folder of obj. Throws UsageError.
 Output output_format(const std::string& path, const std::string& to);
 
+/// What the name of such an output may end in, the usual extension first.
+std::vector<std::string> extensions_of(const Output& output);
+
 /// What a conversion does not carry over, every entry once.
 class Losses {
   public:

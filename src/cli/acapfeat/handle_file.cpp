@@ -9,6 +9,7 @@
 
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/json_text.h"
 
 namespace mscomp {
 namespace {
@@ -21,10 +22,7 @@ class HandleReader {
         : path_(path), vertex_count_(vertex_count) {}
 
     std::vector<Handle> read() {
-        const nlohmann::json file = nlohmann::json::parse(read_file(path_), nullptr, false);
-        if (file.is_discarded()) {
-            throw InputError({path_}, "is not valid JSON, or holds a number beyond 1.8e308");
-        }
+        const auto file = parsed_json<nlohmann::json>(read_file(path_), path_);
         if (!file.is_object() || !file.contains("handles") || !file["handles"].is_array()) {
             throw InputError({path_}, "wanted an object with a list 'handles'");
         }
@@ -58,27 +56,28 @@ class HandleReader {
         Handle handle;
         const nlohmann::json vertex = entry.value("vertex", nlohmann::json());
         if (!vertex.is_number_integer() || vertex < 0 || vertex >= vertex_count_) {
-            fail(fmt::format("'vertex' is {}, wanted 0 to {}", vertex.dump(), vertex_count_ - 1));
+            fail(fmt::format("'vertex' is {}, wanted 0 to {}", json_text(vertex),
+                             vertex_count_ - 1));
         }
         handle.vertex = vertex.get<int>();
         const nlohmann::json position = entry.value("position", nlohmann::json());
         if (!position.is_array() || position.size() != 3) {
-            fail(fmt::format("'position' is {}, wanted three numbers", position.dump()));
+            fail(fmt::format("'position' is {}, wanted three numbers", json_text(position)));
         }
         for (std::size_t axis = 0; axis < 3; ++axis) {
             if (!position[axis].is_number()) {
-                fail(fmt::format("'position' is {}, wanted three numbers", position.dump()));
+                fail(fmt::format("'position' is {}, wanted three numbers", json_text(position)));
             }
             handle.position[axis] = position[axis].get<double>();
             if (!(std::abs(handle.position[axis]) <= kLargest)) {
-                fail(fmt::format("'position' is {}, wanted numbers up to {:g}", position.dump(),
+                fail(fmt::format("'position' is {}, wanted numbers up to {:g}", json_text(position),
                                  kLargest));
             }
         }
         if (entry.contains("weight")) {
             const nlohmann::json& weight = entry["weight"];
             if (!weight.is_number() || !(weight.get<double>() > 0)) {
-                fail(fmt::format("'weight' is {}, wanted a positive number", weight.dump()));
+                fail(fmt::format("'weight' is {}, wanted a positive number", json_text(weight)));
             }
             handle.weight = weight.get<double>();
         }

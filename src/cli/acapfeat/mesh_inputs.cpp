@@ -11,6 +11,7 @@
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/path_from.h"
+#include "mscomp/base/paths.h"
 
 namespace mscomp {
 namespace {
@@ -28,7 +29,7 @@ std::vector<std::string> listed_inputs(const std::string& list) {
         if (number == 1 && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
         if (line.empty() || line.front() == '#') continue;
         paths.push_back(path_from(folder, line));
-        if (!std::filesystem::exists(paths.back())) {
+        if (!path_exists(paths.back())) {
             throw IoError(paths.back(), fmt::format("no such file, named in {}:{}", list, number));
         }
     }

@@ -10,8 +10,12 @@
 #include <vector>
 
 #include "cli/progress.h"
+#include "cli/say.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/report/evaluation.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp_commands.h"
 
 namespace mscomp {
@@ -34,17 +38,17 @@ std::string number(const ordered_json& value, const char* format) {
 /// One measure: a column per fit.
 void print_measure(const ordered_json& report, const char* label, const char* key,
                    const char* format) {
-    fmt::print("  {:<40}", label);
+    print_out("  {:<40}", label);
     for (const std::string& fit : fits_of(report)) {
-        fmt::print("{:>14}", number(report[fit][key], format));
+        print_out("{:>14}", number(report[fit][key], format));
     }
-    fmt::print("\n");
+    print_out("\n");
 }
 
 void print_measures(const ordered_json& report) {
-    fmt::print("{:<42}", "");
-    for (const std::string& fit : fits_of(report)) fmt::print("{:>14}", fit + " fit");
-    fmt::print("\n");
+    print_out("{:<42}", "");
+    for (const std::string& fit : fits_of(report)) print_out("{:>14}", fit + " fit");
+    print_out("\n");
     print_measure(report, "E_rms (x1000, unit ball)", "rms_error", "{:.3f}");
     print_measure(report, "STED", "sted", "{:.5f}");
     print_measure(report, "  spatial part", "sted_spatial", "{:.5f}");
@@ -68,15 +72,15 @@ void print_worst(const ordered_json& report) {
         }
     }
     if (shapes.empty()) return;
-    fmt::print("\nworst shapes, E_rms\n");
+    print_out("\nworst shapes, E_rms\n");
     for (const int index : shapes) {
         for (const ordered_json& row : report["per_shape"]) {
             if (row["shape"] != index) continue;
-            fmt::print("  {:>5}  {:<33}", index, row["name"].get<std::string>());
+            print_out("  {:>5}  {:<33}", index, row["name"].get<std::string>());
             for (const std::string& fit : fits) {
-                fmt::print("{:>14}", number(row[fit]["rms_error"], "{:.3f}"));
+                print_out("{:>14}", number(row[fit]["rms_error"], "{:.3f}"));
             }
-            fmt::print("\n");
+            print_out("\n");
         }
     }
 }
@@ -84,38 +88,37 @@ void print_worst(const ordered_json& report) {
 void print_curves(const ordered_json& report) {
     const std::vector<std::string> fits = fits_of(report);
     if (report[fits.front()].contains("by_components")) {
-        fmt::print("\nE_rms with the n strongest components only\n");
+        print_out("\nE_rms with the n strongest components only\n");
         const std::size_t count = report[fits.front()]["by_components"].size();
         for (std::size_t i = 0; i < count; ++i) {
-            fmt::print("  {:>5}  {:<33}", report[fits.front()]["by_components"][i]["n"].get<int>(),
-                       "");
+            print_out("  {:>5}  {:<33}", report[fits.front()]["by_components"][i]["n"].get<int>(),
+                      "");
             for (const std::string& fit : fits) {
-                fmt::print("{:>14}",
-                           number(report[fit]["by_components"][i]["rms_error"], "{:.3f}"));
+                print_out("{:>14}", number(report[fit]["by_components"][i]["rms_error"], "{:.3f}"));
             }
-            fmt::print("\n");
+            print_out("\n");
         }
     }
     if (!report.contains("by_handles")) return;
-    fmt::print("\nE_rms where only n vertices of a shape are known\n");
+    print_out("\nE_rms where only n vertices of a shape are known\n");
     for (const ordered_json& entry : report["by_handles"]) {
-        fmt::print("  {:>5}  {:<33}{:>14}\n", entry["n"].get<int>(), "",
-                   number(entry["rms_error"], "{:.3f}"));
+        print_out("  {:>5}  {:<33}{:>14}\n", entry["n"].get<int>(), "",
+                  number(entry["rms_error"], "{:.3f}"));
     }
 }
 
 void print_components(const ordered_json& report) {
     constexpr std::size_t kShown = 10;
     const std::vector<std::string> fits = fits_of(report);
-    fmt::print("\ncomponents kept:");
+    print_out("\ncomponents kept:");
     for (std::size_t l = 0; l < report["components"].size(); ++l) {
-        fmt::print("{} {} on level {}", l == 0 ? "" : ",", report["components"][l].get<int>(), l);
+        print_out("{} {} on level {}", l == 0 ? "" : ",", report["components"][l].get<int>(), l);
     }
-    fmt::print("; mean support {:.1f} % of the vertices\n",
-               100 * report[fits.front()]["support_mean"].get<double>());
-    fmt::print("cosine similarity of different components: mean {}, largest {}\n",
-               number(report["cosine"]["mean"], "{:.3f}"),
-               number(report["cosine"]["max"], "{:.3f}"));
+    print_out("; mean support {:.1f} % of the vertices\n",
+              100 * report[fits.front()]["support_mean"].get<double>());
+    print_out("cosine similarity of different components: mean {}, largest {}\n",
+              number(report["cosine"]["mean"], "{:.3f}"),
+              number(report["cosine"]["max"], "{:.3f}"));
     std::vector<ordered_json> kept;
     for (const ordered_json& c : report["component_list"]) {
         if (c["kept"]) kept.push_back(c);
@@ -124,26 +127,26 @@ void print_components(const ordered_json& report) {
         return a["distance"].get<double>() > b["distance"].get<double>();
     });
     if (kept.empty()) return;
-    fmt::print("  {:<10}{:>7}{:>11}{:>13}{:>10}\n", "strongest", "level", "distance", "support (%)",
-               "radius");
+    print_out("  {:<10}{:>7}{:>11}{:>13}{:>10}\n", "strongest", "level", "distance", "support (%)",
+              "radius");
     for (std::size_t k = 0; k < std::min(kShown, kept.size()); ++k) {
         const ordered_json& c = kept[k];
-        fmt::print("  {:<10}{:>7}{:>11.4f}{:>13.1f}{:>10.3f}\n", c["id"].get<std::string>(),
-                   c["level"].get<int>(), c["distance"].get<double>(),
-                   100 * c["support"].get<double>(), c["localization_radius"].get<double>());
+        print_out("  {:<10}{:>7}{:>11.4f}{:>13.1f}{:>10.3f}\n", c["id"].get<std::string>(),
+                  c["level"].get<int>(), c["distance"].get<double>(),
+                  100 * c["support"].get<double>(), c["localization_radius"].get<double>());
     }
     if (kept.size() > kShown) {
-        fmt::print("  and {} more: --json or -o lists all\n", kept.size() - kShown);
+        print_out("  and {} more: --json or -o lists all\n", kept.size() - kShown);
     }
 }
 
 void print_units(const ordered_json& report) {
     if (!report.contains("units")) return;
     const ordered_json& units = report["units"];
-    fmt::print("\n{} known units, {} of them vary over these shapes\n", units["units"].get<int>(),
-               units["varying"].get<int>());
+    print_out("\n{} known units, {} of them vary over these shapes\n", units["units"].get<int>(),
+              units["varying"].get<int>());
     for (const std::string& fit : fits_of(report)) {
-        fmt::print(
+        print_out(
             "  {} fit: {} matched (|correlation| >= {:.1f}), {} by a component of their own\n", fit,
             units[fit]["matched"].get<int>(), units["threshold"].get<double>(),
             units[fit]["matched_one_to_one"].get<int>());
@@ -151,19 +154,26 @@ void print_units(const ordered_json& report) {
 }
 
 void print_report(const EvaluateOptions& options, const ordered_json& report) {
-    fmt::print("{}: {}, {} of {} shapes of {} ({}), as a {}\n\n", options.run,
-               report["kind"].get<std::string>(), report["shapes"].get<int>(),
-               report["shapes_in_set"].get<int>(), report["features_file"].get<std::string>(),
-               report["split"].get<std::string>(), report["order"].get<std::string>());
+    print_out("{}: {}, {} of {} shapes of {} ({}), as a {}\n\n", options.run,
+              report["kind"].get<std::string>(), report["shapes"].get<int>(),
+              report["shapes_in_set"].get<int>(), report["features_file"].get<std::string>(),
+              report["split"].get<std::string>(), report["order"].get<std::string>());
     print_measures(report);
     print_worst(report);
     print_curves(report);
     print_components(report);
     print_units(report);
     if (!options.output.empty()) {
-        fmt::print("\n{}: table.csv, components.csv{}\n", options.output,
-                   options.worst > 0 ? ", errors.png" : "");
+        print_out("\n{}: table.csv, components.csv{}\n", options.output,
+                  options.worst > 0 ? ", errors.png" : "");
     }
+}
+
+void require_own_output(const EvaluateOptions& options) {
+    require_extension(options.output, "a folder", {});
+    require_free_folder(options.output, options.common.force);
+    require_apart(files_of_kind(options.output, {"csv", "png"}),
+                  {model_path(options.run), options.features, options.units});
 }
 
 }  // namespace
@@ -214,7 +224,7 @@ void setup_evaluate(CLI::App& app) {
 }
 
 void run_evaluate(const EvaluateOptions& options) {
-    if (!options.output.empty()) require_free_folder(options.output, options.common.force);
+    if (!options.output.empty()) require_own_output(options);
     std::optional<Progress> progress;
     EvaluationOptions evaluated{
         options.run, options.features, options.split, options.handles, options.components,
@@ -227,7 +237,7 @@ void run_evaluate(const EvaluateOptions& options) {
     const ordered_json report = evaluation_report(evaluated);
     progress.reset();
     if (options.common.json) {
-        fmt::print("{}\n", report.dump(2));
+        print_lines(json_text(report, 2) + "\n");
     } else {
         print_report(options, report);
     }

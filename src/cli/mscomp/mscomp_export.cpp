@@ -7,8 +7,12 @@
 #include <optional>
 
 #include "cli/progress.h"
+#include "cli/say.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/report/component_export.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp_commands.h"
 
 namespace mscomp {
@@ -32,7 +36,9 @@ void setup_export(CLI::App& app) {
 }
 
 void run_export(const ExportOptions& options) {
+    require_extension(options.output, "a folder", {});
     require_free_folder(options.output, options.common.force);
+    require_apart(files_of_kind(options.output, {"ply", "json", "png"}), {model_path(options.run)});
     TrainedRun run = open_run(options.run);
     std::optional<Progress> progress;
     ComponentExportOptions exported{options.all, options.tile, {}};
@@ -44,16 +50,16 @@ void run_export(const ExportOptions& options) {
         export_components(run, options.run, options.output, exported);
     progress.reset();
     if (options.common.json) {
-        fmt::print("{}\n", report.dump(2));
+        print_lines(json_text(report, 2) + "\n");
         return;
     }
     std::size_t files = 0;
     for (const auto& component : report["components"]) {
         files += component["file"].is_null() ? 0 : 2;
     }
-    fmt::print("{}/overview.png: {} of {} components kept\n", options.output,
-               report["kept"].get<int>(), report["components"].size());
-    fmt::print("{}/components.json and {} PLY files\n", options.output, files);
+    print_out("{}/overview.png: {} of {} components kept\n", options.output,
+              report["kept"].get<int>(), report["components"].size());
+    print_out("{}/components.json and {} PLY files\n", options.output, files);
 }
 
 }  // namespace mscomp

@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/program.h"
+#include "cli/say.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/model/components.h"
 #include "mscomp/run/trained_run.h"
 #include "mscomp_commands.h"
@@ -56,20 +58,19 @@ void run_run_info(const RunInfoOptions& options) {
                                         {"largest_distance_exact", context.largest_distance_exact},
                                         {"levels", levels}};
     if (options.common.json) {
-        fmt::print("{}\n", report.dump(2));
+        print_lines(json_text(report, 2) + "\n");
         return;
     }
-    fmt::print("{}: {}, {} of {} epochs, {} steps, loss {:.6g}\n", options.run, run.config.kind,
-               run.file.state().epoch, run.config.train.epochs, run.file.state().step,
-               run.file.state().total);
-    fmt::print("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
-               context.train_shapes.size(),
-               context.train_shapes.size() + context.test_shapes.size(), context.source, vertices,
-               context.reference.face_count());
+    print_out("{}: {}, {} of {} epochs, {} steps, loss {:.6g}\n", options.run, run.config.kind,
+              run.file.state().epoch, run.config.train.epochs, run.file.state().step,
+              run.file.state().total);
+    print_out("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
+              context.train_shapes.size(), context.train_shapes.size() + context.test_shapes.size(),
+              context.source, vertices, context.reference.face_count());
     for (std::size_t l = 0; l < levels.size(); ++l) {
-        fmt::print("level {}: {} components ({} kept), mean support {:.1f} % of the vertices\n", l,
-                   levels[l]["components"].get<int>(), levels[l]["kept"].get<int>(),
-                   100 * levels[l]["support_mean"].get<double>());
+        print_out("level {}: {} components ({} kept), mean support {:.1f} % of the vertices\n", l,
+                  levels[l]["components"].get<int>(), levels[l]["kept"].get<int>(),
+                  100 * levels[l]["support_mean"].get<double>());
     }
 }
 

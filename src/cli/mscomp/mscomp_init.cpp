@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/program.h"
+#include "cli/say.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/kinds/kinds.h"
 #include "mscomp_commands.h"
@@ -24,8 +25,6 @@ void setup_init(CLI::App& app) {
     command->callback([options] { run_init(*options); });
 }
 
-void run_init(const InitOptions& options) {
-    fmt::print(stdout, "{}", config_template(options.kind));
-}
+void run_init(const InitOptions& options) { print_lines(config_template(options.kind)); }
 
 }  // namespace mscomp

@@ -7,13 +7,17 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/shape_files.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/eval/measures.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp/run/shape_decoder.h"
 #include "mscomp_commands.h"
 
@@ -89,14 +93,14 @@ void print_report(const DecodeOptions& options, std::size_t shapes, int levels,
             {"rms_error", written.rms.value()},
             {"relative_squared_error_max", written.relative_squared_error_max}};
         if (fits_vertices) report["rms_error_features"] = plain;
-        fmt::print("{}\n", report.dump(2));
+        print_lines(json_text(report, 2) + "\n");
         return;
     }
-    fmt::print("{}: {} meshes from {} level(s)\n", options.output, shapes, levels);
-    fmt::print("E_rms {:.3f} (x1000, unit ball), largest relative squared feature error {:.5f}\n",
-               written.rms.value(), written.relative_squared_error_max);
+    print_out("{}: {} meshes from {} level(s)\n", options.output, shapes, levels);
+    print_out("E_rms {:.3f} (x1000, unit ball), largest relative squared feature error {:.5f}\n",
+              written.rms.value(), written.relative_squared_error_max);
     if (fits_vertices) {
-        fmt::print("codes fitted to the vertices; E_rms {:.3f} with those of the encoder\n", plain);
+        print_out("codes fitted to the vertices; E_rms {:.3f} with those of the encoder\n", plain);
     }
 }
 
@@ -132,7 +136,10 @@ void setup_decode(CLI::App& app) {
 }
 
 void run_decode(const DecodeOptions& options) {
+    require_extension(options.output, "a folder", {});
     require_free_folder(options.output, options.common.force);
+    require_apart(files_of_kind(options.output, {"obj"}),
+                  {model_path(options.run), options.features});
     TrainedRun run = open_run(options.run, ShapeDecoder::kGroup);
     const int all_levels = static_cast<int>(run.model->levels().size());
     if (options.levels > all_levels) {

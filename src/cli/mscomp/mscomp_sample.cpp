@@ -8,11 +8,15 @@
 
 #include "cli/number_of.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/seed_option.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/model/code_statistics.h"
 #include "mscomp/report/sample_shapes.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp_commands.h"
 
 namespace mscomp {
@@ -91,7 +95,10 @@ void setup_sample(CLI::App& app) {
 }
 
 void run_sample(const SampleOptions& options) {
+    require_extension(options.output, "a folder", {});
     require_free_folder(options.output, options.common.force);
+    require_apart(files_of_kind(options.output, {options.format, "csv", "png"}),
+                  {model_path(options.run)});
     TrainedRun run = open_run(options.run);
     SampleShapesOptions sampling = sampling_of(options, run);
     Progress progress("sample", options.count, progress_options(options.common.quiet));
@@ -108,15 +115,15 @@ void run_sample(const SampleOptions& options) {
                                             {"codes", options.output + "/codes.csv"},
                                             {"overview", options.output + "/overview.png"},
                                             {"files", files}};
-        fmt::print("{}\n", report.dump(2));
+        print_lines(json_text(report, 2) + "\n");
         return;
     }
     const bool prior = sampling.distribution == CodeDistribution::prior;
-    fmt::print("{}: {} from the {}, codes.csv and overview.png\n", options.output,
-               number_of_shapes(options.count), prior ? "prior" : "Gaussian of the training codes");
+    print_out("{}: {} from the {}, codes.csv and overview.png\n", options.output,
+              number_of_shapes(options.count), prior ? "prior" : "Gaussian of the training codes");
     if (prior) {
-        fmt::print("codes of the prior deviate by 1, those of the training shapes by {:.3g}\n",
-                   deviation);
+        print_out("codes of the prior deviate by 1, those of the training shapes by {:.3g}\n",
+                  deviation);
     }
 }
 

@@ -2,13 +2,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/json_text.h"
 #include "mscomp/sweep/sweep.h"
 #include "mscomp_commands.h"
 #include "training_progress.h"
@@ -33,8 +34,7 @@ class SweepProgress {
             training_.reset();
             measuring_.reset();
             if (quiet_) return;
-            fmt::print(stderr, "sweep: point {} of {}: {}\n", index + 1, count, name);
-            std::fflush(stderr);
+            say("sweep: point {} of {}: {}\n", index + 1, count, name);
         };
         options.on_training = [this](const TrainingState& state, int epochs) {
             training_.emplace("train", epochs, progress_options(quiet_, state.epoch));
@@ -92,9 +92,9 @@ void run_sweep_command(const SweepCommand& command) {
     nlohmann::ordered_json report;
     const SweepResult result = run_sweep(options, report);
     if (command.common.json) {
-        fmt::print("{}\n", report.dump(2));
+        print_lines(json_text(report, 2) + "\n");
     } else {
-        fmt::print("{}", result.table);
+        print_lines(result.table);
     }
     require_no_failure(result);
 }

@@ -10,16 +10,20 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/json_text.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/nearest_name.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/model/synthesis.h"
 #include "mscomp/report/component_sheets.h"
 #include "mscomp/run/component_meshes.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp/run/trained_run.h"
 #include "mscomp_commands.h"
 #include "report/component_json.h"
@@ -91,16 +95,16 @@ std::vector<const Component*> chosen_components(const std::vector<Component>& co
 
 void print_list(const std::vector<Component>& components, int vertices, bool json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    if (!json) fmt::print("id      level  distance  support   reference      end    other\n");
+    if (!json) print_out("id      level  distance  support   reference      end    other\n");
     for (const int i : strongest_first(components)) {
         const Component& c = components[at(i)];
         list.push_back(component_json(c, vertices));
         if (json) continue;
-        fmt::print("{:7} {:5}  {:8.4g}  {:5.1f} %  {:9.3f} {:8.3f} {:8.3f}{}\n", c.id, c.level,
-                   c.distance, 100.0 * c.support / vertices, c.code_reference, c.code_end,
-                   c.code_other, c.kept ? "" : "  dropped");
+        print_out("{:7} {:5}  {:8.4g}  {:5.1f} %  {:9.3f} {:8.3f} {:8.3f}{}\n", c.id, c.level,
+                  c.distance, 100.0 * c.support / vertices, c.code_reference, c.code_end,
+                  c.code_other, c.kept ? "" : "  dropped");
     }
-    if (json) fmt::print("{}\n", list.dump(2));
+    if (json) print_lines(json_text(list, 2) + "\n");
 }
 
 /// Throws where options do not go together or output stands in the way.
@@ -112,8 +116,15 @@ void check_options(const SynthesizeOptions& options) {
     if (options.output.empty() != options.weights.empty()) {
         throw UsageError("--weight and -o FILE go together: got one without the other");
     }
-    if (!options.output.empty()) require_free_file(options.output, options.common.force);
-    if (!options.sheet.empty()) require_free_file(options.sheet, options.common.force);
+    if (!options.output.empty()) {
+        require_extension(options.output, "a mesh", {"obj", "ply", "off"});
+        require_free_file(options.output, options.common.force);
+    }
+    if (!options.sheet.empty()) {
+        require_extension(options.sheet, "a picture", {"png"});
+        require_free_file(options.sheet, options.common.force);
+    }
+    require_apart({options.output, options.sheet}, {model_path(options.run)});
 }
 
 std::vector<std::string> output_paths(const SynthesizeOptions& options) {
@@ -216,10 +227,10 @@ void run_synthesize(const SynthesizeOptions& options) {
     outputs.commit();
     report["files"] = files;
     if (options.common.json) {
-        fmt::print("{}\n", report.dump(2));
+        print_lines(json_text(report, 2) + "\n");
         return;
     }
-    for (const auto& file : files) fmt::print("{}\n", file.get<std::string>());
+    for (const auto& file : files) print_out("{}\n", file.get<std::string>());
 }
 
 }  // namespace mscomp

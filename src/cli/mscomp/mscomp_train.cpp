@@ -7,11 +7,15 @@
 #include <optional>
 
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
+#include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/path_from.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/run/peak_memory.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp/run/training_run.h"
 #include "mscomp_commands.h"
 #include "training_progress.h"
@@ -29,11 +33,20 @@ Config effective_config(const TrainOptions& options) {
     const std::string folder = std::filesystem::path(options.config).parent_path().string();
     // The run folder lies elsewhere: what was relative to the config has to be found from there.
     const auto anchored = [&](const std::string& path) {
-        return std::filesystem::absolute(path_from(folder, path)).lexically_normal().string();
+        return absolute_path(path_from(folder, path));
     };
     config.data.features = anchored(config.data.features);
     if (!config.data.split.path.empty()) config.data.split.path = anchored(config.data.split.path);
     return config;
+}
+
+/// A run may go on with its own configuration, which is then written as it was read.
+void require_own_outputs(const TrainOptions& options, const Config& config,
+                         const std::string& run) {
+    std::vector<std::string> inputs{config.data.features, config.data.split.path};
+    if (!options.resume) inputs.push_back(options.config);
+    require_apart({config_path(run), checkpoint_path(run), metrics_path(run), log_path(run)},
+                  inputs);
 }
 
 /// As a shell reads it back.
@@ -100,11 +113,13 @@ void setup_train(CLI::App& app) {
 void run_train(const TrainOptions& options) {
     const std::string run = run_folder(options);
     const Config config = effective_config(options);
+    require_extension(run, "a run folder", {});
     require_free_run(run, options.resume, options.common.force);
+    require_own_outputs(options, config, run);
     const TrainingResult result = train(options, config, run);
     if (result.is_stopped) throw_if_interrupted(how_to_go_on(options, run, result.state.epoch));
-    fmt::print("{}: {} epochs, {} steps, loss {:.6g}; peak memory {:.0f} MiB\n", run,
-               result.state.epoch, result.state.step, result.state.total, peak_memory_mib());
+    print_out("{}: {} epochs, {} steps, loss {:.6g}; peak memory {:.0f} MiB\n", run,
+              result.state.epoch, result.state.step, result.state.total, peak_memory_mib());
 }
 
 }  // namespace mscomp
