@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -8,6 +10,7 @@
 #include <utility>
 
 #include "array_checks.h"
+#include "array_layout.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/convert/array_files.h"
@@ -57,9 +60,22 @@ void require_mesh_counts(const NpyArray& array, std::int64_t last) {
     require_counts(array.shape[0], array.shape[1], array.path);
 }
 
-std::vector<Face> faces_of(const NpyArray& array, int vertex_count) {
-    require_shape(array.shape, {-1, 3}, array.path);
-    return checked_faces(array.integers(), vertex_count, array.path);
+/// What is known of V by a mesh that was given.
+VertexCount count_of(const Supplement& supplement) {
+    VertexCount count;
+    if (supplement.reference) count.exact = supplement.reference->vertex_count();
+    return count;
+}
+
+/// What people call the arrays of shapes, in any case.
+constexpr std::array<std::string_view, 10> kVertexNames{
+    "vertices", "verts", "vertex", "v", "points", "pts", "positions", "pos", "coords", "xyz"};
+constexpr std::array<std::string_view, 8> kFaceNames{"faces", "tris",  "triangles", "face",
+                                                     "f",     "cells", "tri",       "triangle"};
+
+std::string lower(std::string text) {
+    for (char& c : text) c = 'A' <= c && c <= 'Z' ? static_cast<char>(c + 32) : c;
+    return text;
 }
 
 class NpzReader {
@@ -78,6 +94,7 @@ class NpzReader {
 
     Contents read() {
         Contents contents = entries_.contains("features") ? read_features() : read_shapes();
+        contents.notes.insert(contents.notes.end(), notes_.begin(), notes_.end());
         if (!left_.empty()) {
             contents.notes.push_back(
                 fmt::format("left out of {}: {}", path_, fmt::join(left_, ", ")));
@@ -87,7 +104,8 @@ class NpzReader {
 
   private:
     Contents read_features() {
-        const OwnedArray features = load("features");
+        OwnedArray features = load("features");
+        features.array = vertex_rows(features.array, kFeatureDim, count_of(supplement_), notes_);
         require_mesh_counts(features.array, kFeatureDim);
         count_ = features.array.shape[0];
         vertex_count_ = features.array.shape[1];
@@ -102,7 +120,8 @@ class NpzReader {
             set.reference.vertices = points_of(reference->array.doubles(0, vertex_count_));
         }
         if (const auto faces = load_if_any("faces", {-1, 3})) {
-            set.reference.faces = faces_of(faces->array, static_cast<int>(vertex_count_));
+            set.reference.faces = checked_faces(faces->array.integers(),
+                                                static_cast<int>(vertex_count_), faces->array.path);
         }
         read_motions(set);
         for (const PerShapeArray& array : kPerShapeArrays) {
@@ -149,14 +168,33 @@ class NpzReader {
     }
 
     Contents read_shapes() {
-        OwnedArray vertices = load_either("vertices", "verts");
+        const std::optional<std::string> vertex_name = name_among(kVertexNames, &is_vertex_array);
+        const std::optional<std::string> face_name = name_among(kFaceNames, &is_face_array);
+        if (!vertex_name) {
+            throw InputError(
+                {path_},
+                fmt::format("holds neither 'features' nor 'vertices' or '{}'; "
+                            "it holds {}",
+                            fmt::join(kVertexNames.begin() + 1, kVertexNames.end(), "', '"),
+                            list_of_arrays()));
+        }
+        VertexCount known = count_of(supplement_);
+        std::vector<int> corners;
+        if (face_name) {
+            corners = face_corners(load(*face_name).array);
+            known = {.least = least_vertices(corners)};
+        }
+        OwnedArray vertices = load(*vertex_name);
+        vertices.array = vertex_rows(vertices.array, 3, known, notes_);
         require_mesh_counts(vertices.array, 3);
         count_ = vertices.array.shape[0];
         vertex_count_ = vertices.array.shape[1];
         Contents contents;
         std::vector<Face> faces;
-        if (entries_.contains("faces") || entries_.contains("tris")) {
-            faces = faces_of(load_either("faces", "tris").array, static_cast<int>(vertex_count_));
+        if (face_name) {
+            const auto count = static_cast<int>(vertex_count_);
+            count_from_zero(corners, count, notes_);
+            faces = checked_faces(corners, count, place_of(*face_name));
         } else {
             faces = supplied_faces(contents);
         }
@@ -168,6 +206,70 @@ class NpzReader {
         contents.shapes = std::make_unique<ArrayShapes>(std::move(file_), std::move(vertices),
                                                         std::move(faces), std::move(names));
         return contents;
+    }
+
+    /// Those that corners refer to; they may count from 1.
+    static std::int64_t least_vertices(const std::vector<int>& corners) {
+        if (corners.empty()) return 1;
+        const auto [lowest, highest] = std::minmax_element(corners.begin(), corners.end());
+        return std::max(1, *lowest == 0 ? *highest + 1 : *highest);
+    }
+
+    static bool is_vertex_array(const NpyArray& array) {
+        return array.holds_reals() && array.shape.size() == 3 && has_vertex_rows(array, 3, {});
+    }
+    static bool is_face_array(const NpyArray& array) {
+        return array.holds_integers() && array.shape.size() == 2 &&
+               (array.shape[0] == 3 || array.shape[1] == 3);
+    }
+
+    /// The array with one of these names or, where none has, the only one that looks like it.
+    /// Throws InputError if there are several.
+    template <std::size_t count>
+    std::optional<std::string> name_among(const std::array<std::string_view, count>& names,
+                                          bool (*looks_like_it)(const NpyArray&)) {
+        std::vector<std::string> found;
+        for (const std::string_view name : names) {
+            for (const auto& [own, entry] : entries_) {
+                if (lower(own) == name) found.push_back(own);
+            }
+        }
+        if (found.size() > 1) {
+            throw InputError({path_}, fmt::format("holds both '{}' and '{}', wanted one of them",
+                                                  found[0], found[1]));
+        }
+        if (!found.empty()) return found.front();
+        for (const auto& [own, entry] : entries_) {
+            const std::optional<OwnedArray> array = peek(own);
+            if (array && looks_like_it(array->array)) found.push_back(own);
+        }
+        if (found.size() != 1) return std::nullopt;
+        notes_.push_back(fmt::format("'{}' is taken for the {}", found.front(), names.front()));
+        return found.front();
+    }
+
+    /// An array if it can be read.
+    std::optional<OwnedArray> peek(const std::string& name) const {
+        try {
+            return unpacked(name);
+        } catch (const InputError&) {
+            return std::nullopt;
+        }
+    }
+
+    /// "'a' <f4 (3, 4), 'b' (not read)".
+    std::string list_of_arrays() const {
+        std::string list;
+        for (const auto& [name, entry] : entries_) {
+            const std::optional<OwnedArray> found = peek(name);
+            const std::string kind =
+                found ? fmt::format("{} {}",
+                                    numpy_type_text(found->array.type, found->array.item_size),
+                                    numpy_shape_text(found->array.shape))
+                      : "(not read)";
+            list += fmt::format("{}'{}' {}", list.empty() ? "" : ", ", name, kind);
+        }
+        return list.empty() ? "nothing" : list;
     }
 
     std::vector<Face> supplied_faces(Contents& contents) const;
@@ -192,19 +294,6 @@ class NpzReader {
                                                          name));
     }
 
-    OwnedArray load_either(const std::string& name, const std::string& other) {
-        const bool has = entries_.contains(name), has_other = entries_.contains(other);
-        if (has && has_other) {
-            throw InputError(
-                {path_}, fmt::format("holds both '{}' and '{}', wanted one of them", name, other));
-        }
-        if (!has && !has_other) {
-            throw InputError({path_},
-                             fmt::format("holds neither 'features' nor '{}' or '{}'", name, other));
-        }
-        return load(has ? name : other);
-    }
-
     std::optional<OwnedArray> load_if_any(const std::string& name, const Shape& shape) {
         if (!entries_.contains(name)) return std::nullopt;
         OwnedArray found = load(name);
@@ -212,12 +301,19 @@ class NpzReader {
         return found;
     }
 
+    std::string place_of(const std::string& name) const {
+        return fmt::format("{}[{}]", path_, name);
+    }
+
     OwnedArray load(const std::string& name) {
         left_.erase(name);
-        const std::string place = fmt::format("{}[{}]", path_, name);
+        return unpacked(name);
+    }
+
+    OwnedArray unpacked(const std::string& name) const {
         OwnedArray found;
         const auto bytes = unpack(entries_.at(name), path_, found.storage);
-        found.array = parse_npy(bytes, place);
+        found.array = parse_npy(bytes, place_of(name));
         return found;
     }
 
@@ -226,6 +322,7 @@ class NpzReader {
     std::unique_ptr<const std::string> file_;
     std::map<std::string, ZipEntry> entries_;
     std::set<std::string> left_;
+    std::vector<std::string> notes_;  // how arrays were read
     std::int64_t count_ = 0, vertex_count_ = 0;
 };
 
@@ -259,21 +356,29 @@ Contents read_npy(const std::string& path, const Supplement& supplement) {
     auto file = std::make_unique<const std::string>(read_file(path));
     OwnedArray owned;
     owned.array = parse_npy(bytes_of(*file), path);
-    const NpyArray& array = owned.array;
-    if (array.shape.size() == 3 && array.shape[2] == kFeatureDim) {
+    NpyArray& array = owned.array;
+    const VertexCount known = count_of(supplement);
+    std::vector<std::string> notes;
+    const bool has_features = array.shape.size() == 3 && array.shape[2] == kFeatureDim;
+    if (has_features ||
+        (!has_vertex_rows(array, 3, known) && has_vertex_rows(array, kFeatureDim, known))) {
+        array = vertex_rows(array, kFeatureDim, known, notes);
         require_mesh_counts(array, kFeatureDim);
         FeatureSet set;
         set.features = array.floats(0, array.shape[0]);
         set.weights.clear();
         Contents contents = complete_features(std::move(set), static_cast<int>(array.shape[0]),
                                               static_cast<int>(array.shape[1]), path, supplement);
+        contents.notes.insert(contents.notes.end(), notes.begin(), notes.end());
         if (array.type == NpyType::f64) {
             contents.notes.emplace_back("features are rounded to float32");
         }
         return contents;
     }
+    array = vertex_rows(array, 3, known, notes);
     require_mesh_counts(array, 3);
     Contents contents;
+    contents.notes = std::move(notes);
     std::vector<Face> faces = supply_faces(contents, path, array.shape[1], supplement);
     std::vector<std::string> names = numbered_names(static_cast<int>(array.shape[0]));
     contents.notes.emplace_back("names are shape_0000, ...");

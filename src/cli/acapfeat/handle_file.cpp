@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 
 namespace mscomp {
 namespace {
@@ -21,7 +21,8 @@ class HandleReader {
         : path_(path), vertex_count_(vertex_count) {}
 
     std::vector<Handle> read() {
-        const nlohmann::json file = nlohmann::json::parse(read_file(path_), nullptr, false);
+        const nlohmann::json file =
+            nlohmann::json::parse(read_text_file(path_, "a list of handles"), nullptr, false);
         if (file.is_discarded()) {
             throw InputError({path_}, "is not valid JSON, or holds a number beyond 1.8e308");
         }
