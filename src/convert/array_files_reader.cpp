@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <set>
 #include <utility>
 
 #include "array_checks.h"
@@ -15,7 +13,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/convert/array_files.h"
 #include "mscomp/convert/npy.h"
-#include "mscomp/convert/zip.h"
+#include "npz_arrays.h"
 #include "per_shape_arrays.h"
 
 namespace mscomp {
@@ -24,12 +22,6 @@ namespace {
 std::span<const std::byte> bytes_of(const std::string& text) {
     return std::as_bytes(std::span<const char>(text.data(), text.size()));
 }
-
-/// An array and the memory it lies in, where that is not the file itself.
-struct OwnedArray {
-    std::vector<std::byte> storage;
-    NpyArray array;
-};
 
 /// The shapes of an array (N,V,3), in the memory of its file.
 class ArrayShapes final : public ShapeSource {
@@ -73,38 +65,24 @@ constexpr std::array<std::string_view, 10> kVertexNames{
 constexpr std::array<std::string_view, 8> kFaceNames{"faces", "tris",  "triangles", "face",
                                                      "f",     "cells", "tri",       "triangle"};
 
-std::string lower(std::string text) {
-    for (char& c : text) c = 'A' <= c && c <= 'Z' ? static_cast<char>(c + 32) : c;
-    return text;
-}
-
 class NpzReader {
   public:
     NpzReader(const std::string& path, const Supplement& supplement)
-        : path_(path),
-          supplement_(supplement),
-          file_(std::make_unique<const std::string>(read_file(path))) {
-        for (ZipEntry& entry : read_zip_entries(bytes_of(*file_), path)) {
-            std::string name = entry.name;
-            if (name.ends_with(".npy")) name.resize(name.size() - 4);
-            left_.insert(name);
-            entries_.emplace(std::move(name), std::move(entry));
-        }
-    }
+        : path_(path), supplement_(supplement), arrays_(path) {}
 
     Contents read() {
-        Contents contents = entries_.contains("features") ? read_features() : read_shapes();
+        Contents contents = arrays_.contains("features") ? read_features() : read_shapes();
         contents.notes.insert(contents.notes.end(), notes_.begin(), notes_.end());
-        if (!left_.empty()) {
+        if (!arrays_.left().empty()) {
             contents.notes.push_back(
-                fmt::format("left out of {}: {}", path_, fmt::join(left_, ", ")));
+                fmt::format("left out of {}: {}", path_, fmt::join(arrays_.left(), ", ")));
         }
         return contents;
     }
 
   private:
     Contents read_features() {
-        OwnedArray features = load("features");
+        OwnedArray features = arrays_.load("features");
         features.array = vertex_rows(features.array, kFeatureDim, count_of(supplement_), notes_);
         require_mesh_counts(features.array, kFeatureDim);
         count_ = features.array.shape[0];
@@ -168,23 +146,25 @@ class NpzReader {
     }
 
     Contents read_shapes() {
-        const std::optional<std::string> vertex_name = name_among(kVertexNames, &is_vertex_array);
-        const std::optional<std::string> face_name = name_among(kFaceNames, &is_face_array);
+        const std::optional<std::string> vertex_name =
+            arrays_.name_among(kVertexNames, &is_vertex_array, notes_);
+        const std::optional<std::string> face_name =
+            arrays_.name_among(kFaceNames, &is_face_array, notes_);
         if (!vertex_name) {
             throw InputError(
                 {path_},
                 fmt::format("holds neither 'features' nor 'vertices' or '{}'; "
                             "it holds {}",
                             fmt::join(kVertexNames.begin() + 1, kVertexNames.end(), "', '"),
-                            list_of_arrays()));
+                            arrays_.list()));
         }
         VertexCount known = count_of(supplement_);
         std::vector<int> corners;
         if (face_name) {
-            corners = face_corners(load(*face_name).array);
+            corners = face_corners(arrays_.load(*face_name).array);
             known = {.least = least_vertices(corners)};
         }
-        OwnedArray vertices = load(*vertex_name);
+        OwnedArray vertices = arrays_.load(*vertex_name);
         vertices.array = vertex_rows(vertices.array, 3, known, notes_);
         require_mesh_counts(vertices.array, 3);
         count_ = vertices.array.shape[0];
@@ -194,7 +174,7 @@ class NpzReader {
         if (face_name) {
             const auto count = static_cast<int>(vertex_count_);
             count_from_zero(corners, count, notes_);
-            faces = checked_faces(corners, count, place_of(*face_name));
+            faces = checked_faces(corners, count, arrays_.place_of(*face_name));
         } else {
             faces = supplied_faces(contents);
         }
@@ -203,7 +183,7 @@ class NpzReader {
             names = numbered_names(static_cast<int>(count_));
             contents.notes.emplace_back("names are shape_0000, ...");
         }
-        contents.shapes = std::make_unique<ArrayShapes>(std::move(file_), std::move(vertices),
+        contents.shapes = std::make_unique<ArrayShapes>(arrays_.take_file(), std::move(vertices),
                                                         std::move(faces), std::move(names));
         return contents;
     }
@@ -212,7 +192,8 @@ class NpzReader {
     static std::int64_t least_vertices(const std::vector<int>& corners) {
         if (corners.empty()) return 1;
         const auto [lowest, highest] = std::minmax_element(corners.begin(), corners.end());
-        return std::max(1, *lowest == 0 ? *highest + 1 : *highest);
+        const std::int64_t count = std::int64_t{*highest} + (*lowest == 0 ? 1 : 0);
+        return std::max<std::int64_t>(1, count);
     }
 
     static bool is_vertex_array(const NpyArray& array) {
@@ -223,55 +204,6 @@ class NpzReader {
                (array.shape[0] == 3 || array.shape[1] == 3);
     }
 
-    /// The array with one of these names or, where none has, the only one that looks like it.
-    /// Throws InputError if there are several.
-    template <std::size_t count>
-    std::optional<std::string> name_among(const std::array<std::string_view, count>& names,
-                                          bool (*looks_like_it)(const NpyArray&)) {
-        std::vector<std::string> found;
-        for (const std::string_view name : names) {
-            for (const auto& [own, entry] : entries_) {
-                if (lower(own) == name) found.push_back(own);
-            }
-        }
-        if (found.size() > 1) {
-            throw InputError({path_}, fmt::format("holds both '{}' and '{}', wanted one of them",
-                                                  found[0], found[1]));
-        }
-        if (!found.empty()) return found.front();
-        for (const auto& [own, entry] : entries_) {
-            const std::optional<OwnedArray> array = peek(own);
-            if (array && looks_like_it(array->array)) found.push_back(own);
-        }
-        if (found.size() != 1) return std::nullopt;
-        notes_.push_back(fmt::format("'{}' is taken for the {}", found.front(), names.front()));
-        return found.front();
-    }
-
-    /// An array if it can be read.
-    std::optional<OwnedArray> peek(const std::string& name) const {
-        try {
-            return unpacked(name);
-        } catch (const InputError&) {
-            return std::nullopt;
-        }
-    }
-
-    /// "'a' <f4 (3, 4), 'b' (not read)".
-    std::string list_of_arrays() const {
-        std::string list;
-        for (const auto& [name, entry] : entries_) {
-            const std::optional<OwnedArray> found = peek(name);
-            const std::string kind =
-                found ? fmt::format("{} {}",
-                                    numpy_type_text(found->array.type, found->array.item_size),
-                                    numpy_shape_text(found->array.shape))
-                      : "(not read)";
-            list += fmt::format("{}'{}' {}", list.empty() ? "" : ", ", name, kind);
-        }
-        return list.empty() ? "nothing" : list;
-    }
-
     std::vector<Face> supplied_faces(Contents& contents) const;
 
     std::vector<std::string> names_if_any() {
@@ -280,8 +212,8 @@ class NpzReader {
     }
 
     std::string weights_if_any() {
-        if (!entries_.contains("weights")) return "";
-        const OwnedArray found = load("weights");
+        if (!arrays_.contains("weights")) return "";
+        const OwnedArray found = arrays_.load("weights");
         // Some functions of numpy make a list of one out of a single entry.
         if (!found.array.shape.empty()) require_shape(found.array.shape, {1}, found.array.path);
         std::string name = found.array.texts().front();
@@ -295,33 +227,15 @@ class NpzReader {
     }
 
     std::optional<OwnedArray> load_if_any(const std::string& name, const Shape& shape) {
-        if (!entries_.contains(name)) return std::nullopt;
-        OwnedArray found = load(name);
+        if (!arrays_.contains(name)) return std::nullopt;
+        OwnedArray found = arrays_.load(name);
         require_shape(found.array.shape, shape, found.array.path);
-        return found;
-    }
-
-    std::string place_of(const std::string& name) const {
-        return fmt::format("{}[{}]", path_, name);
-    }
-
-    OwnedArray load(const std::string& name) {
-        left_.erase(name);
-        return unpacked(name);
-    }
-
-    OwnedArray unpacked(const std::string& name) const {
-        OwnedArray found;
-        const auto bytes = unpack(entries_.at(name), path_, found.storage);
-        found.array = parse_npy(bytes, place_of(name));
         return found;
     }
 
     const std::string& path_;
     const Supplement& supplement_;
-    std::unique_ptr<const std::string> file_;
-    std::map<std::string, ZipEntry> entries_;
-    std::set<std::string> left_;
+    NpzArrays arrays_;
     std::vector<std::string> notes_;  // how arrays were read
     std::int64_t count_ = 0, vertex_count_ = 0;
 };
