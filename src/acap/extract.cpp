@@ -65,14 +65,22 @@ void check_faces(const ShapeSource& source, const std::vector<Point>& reference)
     }
 }
 
+/// Faces as their file counts them (from 0), instead of triangles.
+Occurrences in_file(Occurrences faces, const std::vector<int>& face_numbers) {
+    if (faces.count > 0 && !face_numbers.empty()) faces.first = face_numbers[at(faces.first)] - 1;
+    return faces;
+}
+
 /// Places count from 1, as in mesh files.
-void warn_of_reference(const DeformationGradients& gradients, std::vector<std::string>& warnings) {
+void warn_of_reference(const DeformationGradients& gradients, const std::vector<int>& face_numbers,
+                       std::vector<std::string>& warnings) {
     const auto warn = [&](const Occurrences& found, const char* what, const char* kind) {
         if (found.count == 0) return;
         warnings.push_back(fmt::format("reference: {} {} (first: {} {})", found.count, what, kind,
                                        found.first + 1));
     };
-    warn(gradients.zero_area_faces(), "faces without area carry no weight", "face");
+    warn(in_file(gradients.zero_area_faces(), face_numbers), "faces without area carry no weight",
+         "face");
     warn(gradients.isolated_vertices(), "vertices without faces get the identity", "vertex");
     warn(gradients.folded_rings(),
          "rings whose normals cancel use the direction of their least spread", "vertex");
@@ -127,6 +135,7 @@ class Extraction {
           rows_(rows),
           progress_(progress),
           gradients_(set.reference, options.weights),
+          face_numbers_(source.face_numbers()),
           far_from_origin_(align_ && is_far_from_origin(set.reference.vertices)),
           oddities_(set.names.size()),
           summaries_(set.names.size()) {}
@@ -176,8 +185,8 @@ class Extraction {
         using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
         Eigen::Map<RowMajor>(set_.rotation[n].data()) = shape.motion.rotation;
         Eigen::Map<Eigen::Vector3d>(set_.translation[n].data()) = shape.motion.translation;
-        oddities_[n] = {shape.zero_area_faces, shape.folded_rings, shape.mirrored,
-                        far_from_origin_ || (!align_ && is_far_from_origin(input))};
+        oddities_[n] = {in_file(shape.zero_area_faces, face_numbers_), shape.folded_rings,
+                        shape.mirrored, far_from_origin_ || (!align_ && is_far_from_origin(input))};
         rows_.put_vertices(index, shape.vertices);
         rows_.put_features(index, shape.features);
         std::vector<double> squares;
@@ -213,7 +222,7 @@ class Extraction {
     }
 
     void warn() {
-        warn_of_reference(gradients_, set_.warnings);
+        warn_of_reference(gradients_, face_numbers_, set_.warnings);
         warn_of_shapes(oddities_, set_, &ShapeOddities::zero_area_faces, "faces without area",
                        "face", set_.warnings);
         warn_of_shapes(oddities_, set_, &ShapeOddities::folded_rings, "rings whose normals cancel",
@@ -230,6 +239,7 @@ class Extraction {
     FeatureRows& rows_;
     Progress& progress_;
     DeformationGradients gradients_;
+    std::vector<int> face_numbers_;              // of the triangles in their file, or empty
     bool far_from_origin_;                       // where all shapes are moved to
     std::vector<ShapeOddities> oddities_;        // (N)
     std::vector<ConsistencySummary> summaries_;  // (N)

@@ -17,6 +17,7 @@
 #include <xxhash.h>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 
 namespace mscomp {
 namespace {
@@ -34,6 +35,10 @@ constexpr std::array<std::pair<DataType, std::string_view>, 6> kTypes{{{DataType
                                                                        {DataType::u64, "U64"}}};
 
 std::uint64_t read_length(std::span<const std::byte> bytes, const std::string& path) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (!text.substr(std::min(kLengthBytes, text.size())).starts_with('{')) {
+        refuse_other_kinds(text, path);
+    }
     if (bytes.size() < kLengthBytes) {
         throw InputError({path}, fmt::format("not a safetensors file: {} bytes, wanted at least 8",
                                              bytes.size()));

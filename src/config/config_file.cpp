@@ -3,6 +3,7 @@
 
 #include "config_reader.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/kinds/kinds.h"
 
 namespace mscomp {
@@ -14,7 +15,9 @@ std::string config_template(const std::string& kind) {
 }
 
 Config read_config(const std::string& path, const std::vector<std::string>& overrides) {
-    return parse_config(read_file(path), path, overrides);
+    const std::string text = read_file(path);
+    refuse_other_kinds(text, path);
+    return parse_config(text, path, overrides);
 }
 
 Config parse_config(std::string_view yaml, const std::string& path,

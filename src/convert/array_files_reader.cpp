@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <set>
 #include <utility>
 
 #include "array_checks.h"
+#include "array_layout.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/convert/array_files.h"
 #include "mscomp/convert/npy.h"
-#include "mscomp/convert/zip.h"
+#include "npz_arrays.h"
 #include "per_shape_arrays.h"
 
 namespace mscomp {
@@ -21,12 +22,6 @@ namespace {
 std::span<const std::byte> bytes_of(const std::string& text) {
     return std::as_bytes(std::span<const char>(text.data(), text.size()));
 }
-
-/// An array and the memory it lies in, where that is not the file itself.
-struct OwnedArray {
-    std::vector<std::byte> storage;
-    NpyArray array;
-};
 
 /// The shapes of an array (N,V,3), in the memory of its file.
 class ArrayShapes final : public ShapeSource {
@@ -57,37 +52,38 @@ void require_mesh_counts(const NpyArray& array, std::int64_t last) {
     require_counts(array.shape[0], array.shape[1], array.path);
 }
 
-std::vector<Face> faces_of(const NpyArray& array, int vertex_count) {
-    require_shape(array.shape, {-1, 3}, array.path);
-    return checked_faces(array.integers(), vertex_count, array.path);
+/// What is known of V by a mesh that was given.
+VertexCount count_of(const Supplement& supplement) {
+    VertexCount count;
+    if (supplement.reference) count.exact = supplement.reference->vertex_count();
+    return count;
 }
+
+/// What people call the arrays of shapes, in any case.
+constexpr std::array<std::string_view, 10> kVertexNames{
+    "vertices", "verts", "vertex", "v", "points", "pts", "positions", "pos", "coords", "xyz"};
+constexpr std::array<std::string_view, 8> kFaceNames{"faces", "tris",  "triangles", "face",
+                                                     "f",     "cells", "tri",       "triangle"};
 
 class NpzReader {
   public:
     NpzReader(const std::string& path, const Supplement& supplement)
-        : path_(path),
-          supplement_(supplement),
-          file_(std::make_unique<const std::string>(read_file(path))) {
-        for (ZipEntry& entry : read_zip_entries(bytes_of(*file_), path)) {
-            std::string name = entry.name;
-            if (name.ends_with(".npy")) name.resize(name.size() - 4);
-            left_.insert(name);
-            entries_.emplace(std::move(name), std::move(entry));
-        }
-    }
+        : path_(path), supplement_(supplement), arrays_(path) {}
 
     Contents read() {
-        Contents contents = entries_.contains("features") ? read_features() : read_shapes();
-        if (!left_.empty()) {
+        Contents contents = arrays_.contains("features") ? read_features() : read_shapes();
+        contents.notes.insert(contents.notes.end(), notes_.begin(), notes_.end());
+        if (!arrays_.left().empty()) {
             contents.notes.push_back(
-                fmt::format("left out of {}: {}", path_, fmt::join(left_, ", ")));
+                fmt::format("left out of {}: {}", path_, fmt::join(arrays_.left(), ", ")));
         }
         return contents;
     }
 
   private:
     Contents read_features() {
-        const OwnedArray features = load("features");
+        OwnedArray features = arrays_.load("features");
+        features.array = vertex_rows(features.array, kFeatureDim, count_of(supplement_), notes_);
         require_mesh_counts(features.array, kFeatureDim);
         count_ = features.array.shape[0];
         vertex_count_ = features.array.shape[1];
@@ -102,7 +98,8 @@ class NpzReader {
             set.reference.vertices = points_of(reference->array.doubles(0, vertex_count_));
         }
         if (const auto faces = load_if_any("faces", {-1, 3})) {
-            set.reference.faces = faces_of(faces->array, static_cast<int>(vertex_count_));
+            set.reference.faces = checked_faces(faces->array.integers(),
+                                                static_cast<int>(vertex_count_), faces->array.path);
         }
         read_motions(set);
         for (const PerShapeArray& array : kPerShapeArrays) {
@@ -149,14 +146,35 @@ class NpzReader {
     }
 
     Contents read_shapes() {
-        OwnedArray vertices = load_either("vertices", "verts");
+        const std::optional<std::string> vertex_name =
+            arrays_.name_among(kVertexNames, &is_vertex_array, notes_);
+        const std::optional<std::string> face_name =
+            arrays_.name_among(kFaceNames, &is_face_array, notes_);
+        if (!vertex_name) {
+            throw InputError(
+                {path_},
+                fmt::format("holds neither 'features' nor 'vertices' or '{}'; "
+                            "it holds {}",
+                            fmt::join(kVertexNames.begin() + 1, kVertexNames.end(), "', '"),
+                            arrays_.list()));
+        }
+        VertexCount known = count_of(supplement_);
+        std::vector<int> corners;
+        if (face_name) {
+            corners = face_corners(arrays_.load(*face_name).array);
+            known = {.least = least_vertices(corners)};
+        }
+        OwnedArray vertices = arrays_.load(*vertex_name);
+        vertices.array = vertex_rows(vertices.array, 3, known, notes_);
         require_mesh_counts(vertices.array, 3);
         count_ = vertices.array.shape[0];
         vertex_count_ = vertices.array.shape[1];
         Contents contents;
         std::vector<Face> faces;
-        if (entries_.contains("faces") || entries_.contains("tris")) {
-            faces = faces_of(load_either("faces", "tris").array, static_cast<int>(vertex_count_));
+        if (face_name) {
+            const auto count = static_cast<int>(vertex_count_);
+            count_from_zero(corners, count, notes_);
+            faces = checked_faces(corners, count, arrays_.place_of(*face_name));
         } else {
             faces = supplied_faces(contents);
         }
@@ -165,9 +183,25 @@ class NpzReader {
             names = numbered_names(static_cast<int>(count_));
             contents.notes.emplace_back("names are shape_0000, ...");
         }
-        contents.shapes = std::make_unique<ArrayShapes>(std::move(file_), std::move(vertices),
+        contents.shapes = std::make_unique<ArrayShapes>(arrays_.take_file(), std::move(vertices),
                                                         std::move(faces), std::move(names));
         return contents;
+    }
+
+    /// Those that corners refer to; they may count from 1.
+    static std::int64_t least_vertices(const std::vector<int>& corners) {
+        if (corners.empty()) return 1;
+        const auto [lowest, highest] = std::minmax_element(corners.begin(), corners.end());
+        const std::int64_t count = std::int64_t{*highest} + (*lowest == 0 ? 1 : 0);
+        return std::max<std::int64_t>(1, count);
+    }
+
+    static bool is_vertex_array(const NpyArray& array) {
+        return array.holds_reals() && array.shape.size() == 3 && has_vertex_rows(array, 3, {});
+    }
+    static bool is_face_array(const NpyArray& array) {
+        return array.holds_integers() && array.shape.size() == 2 &&
+               (array.shape[0] == 3 || array.shape[1] == 3);
     }
 
     std::vector<Face> supplied_faces(Contents& contents) const;
@@ -178,8 +212,8 @@ class NpzReader {
     }
 
     std::string weights_if_any() {
-        if (!entries_.contains("weights")) return "";
-        const OwnedArray found = load("weights");
+        if (!arrays_.contains("weights")) return "";
+        const OwnedArray found = arrays_.load("weights");
         // Some functions of numpy make a list of one out of a single entry.
         if (!found.array.shape.empty()) require_shape(found.array.shape, {1}, found.array.path);
         std::string name = found.array.texts().front();
@@ -192,40 +226,17 @@ class NpzReader {
                                                          name));
     }
 
-    OwnedArray load_either(const std::string& name, const std::string& other) {
-        const bool has = entries_.contains(name), has_other = entries_.contains(other);
-        if (has && has_other) {
-            throw InputError(
-                {path_}, fmt::format("holds both '{}' and '{}', wanted one of them", name, other));
-        }
-        if (!has && !has_other) {
-            throw InputError({path_},
-                             fmt::format("holds neither 'features' nor '{}' or '{}'", name, other));
-        }
-        return load(has ? name : other);
-    }
-
     std::optional<OwnedArray> load_if_any(const std::string& name, const Shape& shape) {
-        if (!entries_.contains(name)) return std::nullopt;
-        OwnedArray found = load(name);
+        if (!arrays_.contains(name)) return std::nullopt;
+        OwnedArray found = arrays_.load(name);
         require_shape(found.array.shape, shape, found.array.path);
-        return found;
-    }
-
-    OwnedArray load(const std::string& name) {
-        left_.erase(name);
-        const std::string place = fmt::format("{}[{}]", path_, name);
-        OwnedArray found;
-        const auto bytes = unpack(entries_.at(name), path_, found.storage);
-        found.array = parse_npy(bytes, place);
         return found;
     }
 
     const std::string& path_;
     const Supplement& supplement_;
-    std::unique_ptr<const std::string> file_;
-    std::map<std::string, ZipEntry> entries_;
-    std::set<std::string> left_;
+    NpzArrays arrays_;
+    std::vector<std::string> notes_;  // how arrays were read
     std::int64_t count_ = 0, vertex_count_ = 0;
 };
 
@@ -259,21 +270,29 @@ Contents read_npy(const std::string& path, const Supplement& supplement) {
     auto file = std::make_unique<const std::string>(read_file(path));
     OwnedArray owned;
     owned.array = parse_npy(bytes_of(*file), path);
-    const NpyArray& array = owned.array;
-    if (array.shape.size() == 3 && array.shape[2] == kFeatureDim) {
+    NpyArray& array = owned.array;
+    const VertexCount known = count_of(supplement);
+    std::vector<std::string> notes;
+    const bool has_features = array.shape.size() == 3 && array.shape[2] == kFeatureDim;
+    if (has_features ||
+        (!has_vertex_rows(array, 3, known) && has_vertex_rows(array, kFeatureDim, known))) {
+        array = vertex_rows(array, kFeatureDim, known, notes);
         require_mesh_counts(array, kFeatureDim);
         FeatureSet set;
         set.features = array.floats(0, array.shape[0]);
         set.weights.clear();
         Contents contents = complete_features(std::move(set), static_cast<int>(array.shape[0]),
                                               static_cast<int>(array.shape[1]), path, supplement);
+        contents.notes.insert(contents.notes.end(), notes.begin(), notes.end());
         if (array.type == NpyType::f64) {
             contents.notes.emplace_back("features are rounded to float32");
         }
         return contents;
     }
+    array = vertex_rows(array, 3, known, notes);
     require_mesh_counts(array, 3);
     Contents contents;
+    contents.notes = std::move(notes);
     std::vector<Face> faces = supply_faces(contents, path, array.shape[1], supplement);
     std::vector<std::string> names = numbered_names(static_cast<int>(array.shape[0]));
     contents.notes.emplace_back("names are shape_0000, ...");

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <stdexcept>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/base/index.h"
 #include "npy_header.h"
 #include "utf8.h"
@@ -27,34 +29,64 @@ constexpr std::size_t kLongestHeader = 1 << 16;
 constexpr std::size_t kLongestText = 1 << 20;  // bytes of one entry
 
 struct Number {
-    const char* descr;
+    std::string_view descr;  // without its byte order
     NpyType type;
     std::size_t size;
 };
-constexpr Number kNumbers[] = {{"<f4", NpyType::f32, 4},
-                               {"<f8", NpyType::f64, 8},
-                               {"<i4", NpyType::i32, 4},
-                               {"<i8", NpyType::i64, 8}};
+constexpr Number kNumbers[] = {
+    {"f2", NpyType::f16, 2}, {"f4", NpyType::f32, 4}, {"f8", NpyType::f64, 8},
+    {"i1", NpyType::i8, 1},  {"i2", NpyType::i16, 2}, {"i4", NpyType::i32, 4},
+    {"i8", NpyType::i64, 8}, {"u1", NpyType::u8, 1},  {"u2", NpyType::u16, 2},
+    {"u4", NpyType::u32, 4}, {"u8", NpyType::u64, 8}};
 
-/// Sets type and item size. Throws InputError for what is not read.
+/// "U8" or "S8": sets type and item size; whether it is text at all.
+bool read_text_descr(std::string_view descr, NpyArray& array) {
+    const bool wide = descr.starts_with('U');
+    if (!wide && !descr.starts_with('S')) return false;
+    std::size_t length = 0;
+    const char* const end = descr.data() + descr.size();
+    if (std::from_chars(descr.data() + 1, end, length).ptr != end || length == 0 ||
+        length > kLongestText / 4) {
+        return false;
+    }
+    array.type = wide ? NpyType::text : NpyType::bytes;
+    array.item_size = wide ? 4 * length : length;
+    return true;
+}
+
+/// Sets type, item size and byte order. Throws InputError for what is not read.
 void read_descr(const std::string& descr, NpyArray& array) {
+    if (descr == "|O") {
+        throw InputError({array.path},
+                         "holds Python objects ('|O'), wanted plain numbers or text; save each "
+                         "array by itself, of one type");
+    }
+    std::string_view rest = descr;
+    array.big_endian = rest.starts_with('>');
+    if (rest.find_first_of("<>|=") == 0) rest.remove_prefix(1);
     for (const Number& number : kNumbers) {
-        if (descr != number.descr) continue;
+        if (rest != number.descr) continue;
         array.type = number.type;
         array.item_size = number.size;
         return;
     }
-    std::size_t length = 0;
-    const char* const end = descr.data() + descr.size();
-    if (descr.starts_with("<U") && std::from_chars(descr.data() + 2, end, length).ptr == end &&
-        length > 0 && length <= kLongestText / 4) {
-        array.type = NpyType::text;
-        array.item_size = 4 * length;
-        return;
+    if (read_text_descr(rest, array)) return;
+    throw InputError({array.path},
+                     fmt::format("holds entries of type '{}', wanted '<f4', '<f8', '<f2', an "
+                                 "integer type such as '<i4', or '<U' with a length",
+                                 descr));
+}
+
+/// In entries, of an array without gaps.
+Shape strides_of(const Shape& shape, bool fortran_order) {
+    Shape strides(shape.size(), 1);
+    if (std::find(shape.begin(), shape.end(), 0) != shape.end()) return strides;
+    if (fortran_order) {
+        for (std::size_t i = 1; i < shape.size(); ++i) strides[i] = strides[i - 1] * shape[i - 1];
+    } else {
+        for (std::size_t i = shape.size(); i-- > 1;) strides[i - 1] = strides[i] * shape[i];
     }
-    throw InputError({array.path}, fmt::format("holds entries of type '{}', wanted '<f4', '<f8', "
-                                               "'<i4', '<i8' or '<U' with a length",
-                                               descr));
+    return strides;
 }
 
 /// Product of the lengths, if it and the bytes stay below 2^62.
@@ -72,6 +104,7 @@ std::optional<std::uint64_t> byte_count(const Shape& shape, std::size_t item_siz
 /// The bytes of the header and, behind it, `data_begin`.
 std::string_view header_text(std::string_view bytes, const std::string& path,
                              std::size_t& data_begin) {
+    if (!bytes.starts_with(kMagic)) refuse_other_kinds(bytes, path);
     if (!bytes.starts_with(kMagic) || bytes.size() < kMagic.size() + 4) {
         throw InputError({path}, "is not a numpy array: it does not begin with \\x93NUMPY");
     }
@@ -99,10 +132,49 @@ std::string_view header_text(std::string_view bytes, const std::string& path,
 }
 
 template <class T>
-T load(std::span<const std::byte> data, std::int64_t index) {
-    T value;
-    std::memcpy(&value, data.data() + at(index) * sizeof(T), sizeof(T));
-    return value;
+T load(const NpyArray& array, std::int64_t index) {
+    std::array<std::byte, sizeof(T)> raw;
+    std::memcpy(raw.data(), array.data.data() + at(index) * sizeof(T), sizeof(T));
+    if (array.big_endian) std::reverse(raw.begin(), raw.end());
+    return std::bit_cast<T>(raw);
+}
+
+/// IEEE 754 binary16.
+double from_half(std::uint16_t bits) {
+    const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
+    const double sign = (bits & 0x8000) != 0 ? -1 : 1;
+    if (exponent == 31) return fraction == 0 ? sign * HUGE_VAL : std::nan("");
+    if (exponent == 0) return sign * std::ldexp(fraction, -24);
+    return sign * std::ldexp(1024 + fraction, exponent - 25);
+}
+
+double load_real(const NpyArray& array, std::int64_t place) {
+    if (array.type == NpyType::f16) return from_half(load<std::uint16_t>(array, place));
+    if (array.type == NpyType::f32) return static_cast<double>(load<float>(array, place));
+    return load<double>(array, place);
+}
+
+/// What does not fit becomes the largest that does.
+std::int64_t load_integer(const NpyArray& array, std::int64_t place) {
+    switch (array.type) {
+        case NpyType::i8:
+            return load<std::int8_t>(array, place);
+        case NpyType::i16:
+            return load<std::int16_t>(array, place);
+        case NpyType::i32:
+            return load<std::int32_t>(array, place);
+        case NpyType::i64:
+            return load<std::int64_t>(array, place);
+        case NpyType::u8:
+            return load<std::uint8_t>(array, place);
+        case NpyType::u16:
+            return load<std::uint16_t>(array, place);
+        case NpyType::u32:
+            return load<std::uint32_t>(array, place);
+        default:
+            return static_cast<std::int64_t>(std::min<std::uint64_t>(
+                load<std::uint64_t>(array, place), std::numeric_limits<std::int64_t>::max()));
+    }
 }
 
 /// Calls use(position in the file, in entries) for entries [first, first + count) of the first
@@ -115,22 +187,19 @@ void for_each_entry(const NpyArray& array, std::int64_t first, std::int64_t coun
         throw std::logic_error("NpyArray: rows beyond the array");
     }
     const std::int64_t row = length == 0 ? 0 : array.count() / length;
-    if (!array.fortran_order || rank < 2) {
+    if (row == 0) return;  // then the other lengths may be too large to multiply
+    if (array.strides == strides_of(array.shape, false)) {
         for (std::int64_t i = first * row; i < (first + count) * row; ++i) use(i);
         return;
     }
-    if (row == 0) return;  // then the other lengths may be too large to multiply
-    Shape index(rank, 0), strides(rank, 1);
-    for (std::size_t axis = 1; axis < rank; ++axis) {
-        strides[axis] = strides[axis - 1] * array.shape[axis - 1];
-    }
-    std::int64_t place = first;
+    Shape index(rank, 0);
+    std::int64_t place = first * array.strides[0];
     for (std::int64_t left = count * row; left > 0; --left) {
         use(place);
         for (std::size_t axis = rank; axis-- > 0;) {
-            place += strides[axis];
+            place += array.strides[axis];
             if (++index[axis] < array.shape[axis] || axis == 0) break;
-            place -= strides[axis] * array.shape[axis];
+            place -= array.strides[axis] * array.shape[axis];
             index[axis] = 0;
         }
     }
@@ -152,7 +221,7 @@ std::string place_text(const NpyArray& array, std::int64_t first, std::size_t nu
 template <class T>
 std::vector<T> read_reals(const NpyArray& array, std::int64_t first, std::int64_t count,
                           bool may_be_nan) {
-    if (array.type != NpyType::f32 && array.type != NpyType::f64) {
+    if (!array.holds_reals()) {
         throw InputError({array.path}, "holds no floating-point numbers, wanted '<f4' or '<f8'");
     }
     std::vector<T> values;
@@ -168,10 +237,8 @@ std::vector<T> read_reals(const NpyArray& array, std::int64_t first, std::int64_
     if (array.count() > 0 && !array.shape.empty()) {
         values.reserve(at(array.count() / array.shape[0] * count));
     }
-    for_each_entry(array, first, count, [&](std::int64_t place) {
-        append(array.type == NpyType::f32 ? static_cast<double>(load<float>(array.data, place))
-                                          : load<double>(array.data, place));
-    });
+    for_each_entry(array, first, count,
+                   [&](std::int64_t place) { append(load_real(array, place)); });
     return values;
 }
 
@@ -191,14 +258,24 @@ std::vector<float> NpyArray::floats(std::int64_t first, std::int64_t entries) co
 }
 
 std::vector<int> NpyArray::integers() const {
-    if (type != NpyType::i32 && type != NpyType::i64) {
+    if (!holds_integers() && !holds_reals()) {
         throw InputError({path}, "holds no integers, wanted '<i4' or '<i8'");
     }
     std::vector<int> values;
     values.reserve(at(count()));
     for_each_entry(*this, 0, row_count(*this), [&](std::int64_t place) {
-        const std::int64_t value = type == NpyType::i32 ? load<std::int32_t>(data, place)
-                                                        : load<std::int64_t>(data, place);
+        std::int64_t value = 0;
+        if (holds_integers()) {
+            value = load_integer(*this, place);
+        } else {
+            const double real = load_real(*this, place);
+            if (!(std::abs(real) < 1e15) || std::floor(real) != real) {
+                throw InputError({path}, fmt::format("holds no integers but {}, wanted '<i4' or "
+                                                     "'<i8'",
+                                                     real));
+            }
+            value = static_cast<std::int64_t>(real);
+        }
         if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
             throw InputError({path}, fmt::format("holds {}, wanted an integer of 32 bits", value));
         }
@@ -208,11 +285,21 @@ std::vector<int> NpyArray::integers() const {
 }
 
 std::vector<std::string> NpyArray::texts() const {
-    if (type != NpyType::text) throw InputError({path}, "holds no text, wanted '<U' with a length");
+    if (type != NpyType::text && type != NpyType::bytes) {
+        throw InputError({path}, "holds no text, wanted '<U' with a length");
+    }
     std::vector<std::string> values;
     for_each_entry(*this, 0, row_count(*this), [&](std::int64_t place) {
-        std::u32string characters(item_size / 4, U'\0');
-        std::memcpy(characters.data(), data.data() + at(place) * item_size, item_size);
+        std::u32string characters;
+        if (type == NpyType::bytes) {
+            characters = from_utf8(
+                {reinterpret_cast<const char*>(data.data()) + at(place) * item_size, item_size});
+        } else {
+            const auto length = static_cast<std::int64_t>(item_size / 4);
+            for (std::int64_t i = 0; i < length; ++i) {
+                characters += load<char32_t>(*this, place * length + i);
+            }
+        }
         while (!characters.empty() && characters.back() == U'\0') characters.pop_back();
         values.push_back(to_utf8(characters));
     });
@@ -225,7 +312,6 @@ NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& path) {
     const NpyHeader header = parse_npy_header(header_text(all, path, data_begin), path);
     NpyArray array;
     array.path = path;
-    array.fortran_order = header.fortran_order;
     array.shape = header.shape;
     read_descr(header.descr, array);
     const std::uint64_t present = bytes.size() - data_begin;
@@ -238,14 +324,20 @@ NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& path) {
                                      header.descr, numpy_shape_text(array.shape), size, present));
     }
     array.data = bytes.subspan(data_begin);
+    array.strides = strides_of(array.shape, header.fortran_order);
     return array;
 }
 
+std::string numpy_type_text(NpyType type, std::size_t item_size) {
+    if (type == NpyType::text) return fmt::format("<U{}", item_size / 4);
+    if (type == NpyType::bytes) return fmt::format("|S{}", item_size);
+    const auto number = std::find_if(std::begin(kNumbers), std::end(kNumbers),
+                                     [type](const Number& known) { return known.type == type; });
+    return fmt::format("{}{}", item_size == 1 ? '|' : '<', number->descr);
+}
+
 std::string npy_header(NpyType type, const Shape& shape, std::size_t item_size) {
-    std::string descr = fmt::format("<U{}", item_size / 4);
-    for (const Number& number : kNumbers) {
-        if (type == number.type) descr = number.descr;
-    }
+    const std::string descr = numpy_type_text(type, item_size);
     std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}",
                                    descr, numpy_shape_text(shape));
     // Data that begin at a multiple of 64 can be mapped and used where they lie.

@@ -15,6 +15,7 @@
 #include "array_checks.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/paths.h"
 #include "mscomp/base/readable_file.h"
@@ -136,7 +137,11 @@ class SplocsShapes final : public ShapeSource {
         }
         const ReadableFile readable(path);  // says why it cannot be opened
         HdfId file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-        if (!file.is_open()) throw InputError({path}, "is not an HDF5 file, or is damaged");
+        if (!file.is_open()) {
+            const std::string bytes = read_file(path);
+            if (!bytes.starts_with("\x89HDF")) refuse_other_kinds(bytes, path);
+            throw InputError({path}, "is not an HDF5 file, or is damaged");
+        }
         return file;
     }
 

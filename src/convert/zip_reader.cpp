@@ -6,6 +6,7 @@
 #include <set>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/convert/zip.h"
 #include "zip_format.h"
 
@@ -40,6 +41,8 @@ class DirectoryReader {
         : bytes_(bytes), path_(path), limits_(limits) {}
 
     std::vector<ZipEntry> read() {
+        const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
+        if (!text.starts_with("PK")) refuse_other_kinds(text, path_);
         const Directory directory = find_directory();
         if (directory.entries > limits_.entries) {
             fail(fmt::format("holds {} files, wanted at most {}", directory.entries,

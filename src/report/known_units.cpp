@@ -11,8 +11,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/base/index.h"
 #include "mscomp/eval/unit_matches.h"
 
@@ -47,10 +47,7 @@ std::optional<double> number_in(std::string_view cell) {
 }  // namespace
 
 KnownUnits::KnownUnits(const std::string& path, int shape_count) {
-    const std::string content = read_file(path);
-    std::string_view text = content;
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-    std::istringstream lines{std::string(text)};
+    std::istringstream lines(read_text_file(path, "a table of weights"));
     std::string line;
     int rows = 0;
     for (std::int64_t number = 1; std::getline(lines, line); ++number) {

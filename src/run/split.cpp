@@ -9,8 +9,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/path_from.h"
 #include "mscomp/base/random.h"
@@ -28,7 +28,7 @@ std::string_view trimmed(std::string_view text) {
 std::vector<int> read_indices(const std::string& path, int shape_count) {
     std::vector<int> indices;
     std::vector<std::int64_t> line_of(at(shape_count), 0);
-    std::istringstream lines(read_file(path));
+    std::istringstream lines(read_text_file(path, "a list of shape indices"));
     std::string line;
     for (std::int64_t number = 1; std::getline(lines, line); ++number) {
         const std::string_view text = trimmed(line);

@@ -8,6 +8,7 @@
 
 #include "config/config_values.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/base/nearest_name.h"
 #include "mscomp/base/path_from.h"
 #include "mscomp/base/paths.h"
@@ -94,7 +95,9 @@ void read_base(const Setting& entry, SweepFile& sweep) {
                           fmt::format("got {}, wanted a file name", found(entry.value)));
     }
     sweep.base_path = path_from(folder_of(sweep.path), entry.value.Scalar());
-    sweep.base = load_document(read_file(sweep.base_path), sweep.base_path, "YAML");
+    const std::string text = read_file(sweep.base_path);
+    refuse_other_kinds(text, sweep.base_path);
+    sweep.base = load_document(text, sweep.base_path, "YAML");
 }
 
 std::vector<std::string> keys_of(const std::vector<SweepPoint>& points) {
@@ -121,6 +124,7 @@ SweepFile read_sweep(const std::string& path) {
     SweepFile sweep;
     sweep.path = path;
     sweep.text = read_file(path);
+    refuse_other_kinds(sweep.text, path);
     const YAML::Node root = load_document(sweep.text, path, "YAML");
     YAML::Node points, measure, plot;
     for (const Setting& entry :

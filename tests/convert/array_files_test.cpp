@@ -122,6 +122,81 @@ TEST(ArrayFiles, OtherProgramsNamesAndTypesAreRead) {
     EXPECT_THAT(contents.notes, Contains(AllOf(HasSubstr("left out"), HasSubstr("mean"))));
 }
 
+// As MATLAB, scanners and networks have them: other names, types, orders of the axes, counting
+// from 1.
+TEST(ArrayFiles, ArraysAreTakenAsPeopleHaveThem) {
+    const TemporaryFolder folder;
+    const std::vector<double> points{0, 0, 0, 1, 0, 0, 0, 1, 2, 0, 0, 5};  // (1,4,3)
+    const std::vector<double> transposed{0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 2, 5};
+    const std::vector<std::int64_t> corners{0, 1, 2, 0, 2, 3};
+    const auto expect_read = [&](const Arrays& arrays) {
+        const Contents contents = read_npz(put_npz(folder, arrays), {});
+        EXPECT_EQ(contents.shapes->faces(), std::vector<Face>({{0, 1, 2}, {0, 2, 3}}));
+        ASSERT_EQ(contents.shapes->shape_count(), 1);
+        EXPECT_EQ(contents.shapes->shape(0),
+                  std::vector<Point>({{0, 0, 0}, {1, 0, 0}, {0, 1, 2}, {0, 0, 5}}));
+        return contents.notes;
+    };
+    const auto vertices = [&](const Shape& shape) { return array(NpyType::f64, shape, points); };
+    for (const char* name : {"vertices", "verts", "v", "V", "points", "pos", "positions"}) {
+        expect_read({{name, vertices({1, 4, 3})}, {"faces", faces(corners)}});
+    }
+    for (const char* name : {"tris", "triangles", "F", "f", "cells", "Faces"}) {
+        expect_read({{"verts", vertices({1, 4, 3})}, {name, faces(corners)}});
+    }
+    expect_read({{"arr_0", vertices({1, 4, 3})}, {"arr_1", faces(corners)}});
+    // One shape, shapes as rows, coordinates first, shapes last.
+    EXPECT_THAT(expect_read({{"v", vertices({4, 3})}, {"f", faces(corners)}}),
+                Contains(HasSubstr("(4, 3) is read as (V,3)")));
+    expect_read({{"v", vertices({1, 12})}, {"f", faces(corners)}});
+    expect_read({{"v", vertices({4, 3, 1})}, {"f", faces(corners)}});
+    expect_read({{"v", array(NpyType::f64, {3, 4}, transposed)}, {"f", faces(corners)}});
+    expect_read({{"v", array(NpyType::f64, {1, 3, 4}, transposed)}, {"f", faces(corners)}});
+    // Faces from 1, as doubles, with the corners first.
+    EXPECT_THAT(expect_read({{"v", vertices({1, 4, 3})}, {"f", faces({1, 2, 3, 1, 3, 4})}}),
+                Contains("faces are taken to count from 1"));
+    expect_read({{"v", vertices({1, 4, 3})},
+                 {"f", array<double>(NpyType::f64, {3, 2}, {0, 0, 1, 2, 2, 3})}});
+    expect_read({{"v", vertices({1, 4, 3})},
+                 {"f", array<std::uint32_t>(NpyType::u32, {2, 3}, {0, 1, 2, 0, 2, 3})}});
+    expect_read({{"v", vertices({1, 4, 3})},
+                 {"f", array<std::int16_t>(NpyType::i16, {2, 3}, {0, 1, 2, 0, 2, 3})}});
+}
+
+TEST(ArrayFiles, RowsOfCoordinatesNeedTheVerticesOfTheReference) {
+    const TemporaryFolder folder;
+    const std::string rows = doubles({2, 12});
+    const Contents contents = read_npy(folder.put("a.npy", rows), square_reference());
+    EXPECT_EQ(contents.shapes->shape_count(), 2);
+    EXPECT_EQ(contents.shapes->vertex_count(), 4);
+    EXPECT_THAT(contents.notes, Contains(HasSubstr("(2, 12) is read as (N,V*3)")));
+    EXPECT_THAT(thrown_message<InputError>([&] { read_npy(folder.put("b.npy", rows), {}); }),
+                HasSubstr("(2, 12), wanted (any, any, 3)"));
+}
+
+TEST(ArrayFiles, WhatCannotBeToldIsListed) {
+    EXPECT_THAT(refusal({{"poses", doubles({5, 72})}, {"betas", npy_texts({"x"})}}),
+                AllOf(HasSubstr("holds neither"), HasSubstr("'betas' <U1 (1,)"),
+                      HasSubstr("'poses' <f8 (5, 72)")));
+    EXPECT_THAT(refusal({{"a", doubles({2, 4, 3})}, {"b", doubles({2, 4, 3})}}),
+                AllOf(HasSubstr("holds neither"), HasSubstr("'a' <f8 (2, 4, 3)")));
+    EXPECT_THAT(refusal({{"v", doubles({1, 3, 3})}, {"V", doubles({1, 3, 3})}}),
+                HasSubstr("holds both 'V' and 'v'"));
+}
+
+TEST(ArrayFiles, OtherKindsOfFilesAreNamed) {
+    const TemporaryFolder folder;
+    const std::string gzip("\x1f\x8b\x08\0\0\0\0\0", 8);
+    for (const char* name : {"a.npz", "a.npy"}) {
+        const std::string path = folder.put(name, gzip);
+        const auto read = [&] {
+            return path.ends_with("z") ? read_npz(path, {}) : read_npy(path, {});
+        };
+        EXPECT_THAT(thrown_message<InputError>([&] { read(); }),
+                    HasSubstr("this is a gzip file: unpack it"));
+    }
+}
+
 // The feature of the reference everywhere is the reference: r = 0, S = I.
 TEST(ArrayFiles, FeaturesAloneAreCompletedFromTheReference) {
     const TemporaryFolder folder;

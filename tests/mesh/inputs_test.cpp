@@ -9,6 +9,7 @@
 #include "base/temporary_folder.h"
 #include "base/thrown_message.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/natural_order.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
@@ -79,6 +80,18 @@ TEST_F(ExpandInputs, TakesNoPipesOfAFolderButBrokenLinks) {
     ASSERT_EQ(::mkfifo((folder / "b.obj").c_str(), 0600), 0);
     std::filesystem::create_symlink("nowhere", link);
     EXPECT_THAT(expand_inputs({folder.path()}), ElementsAre(mesh, link));
+}
+
+// Side files of a Mac's archive, settings of file managers.
+TEST_F(ExpandInputs, PassesOverHiddenFilesUnlessTheyAreNamed) {
+    const TemporaryFolder folder;
+    const std::string mesh = folder.put("0.obj", ""), hidden = folder.put("._0.obj", "");
+    folder.put(".DS_Store", "");
+    folder.put(".hidden.ply", "");
+    folder.put("Thumbs.db", "");
+    EXPECT_THAT(expand_inputs({folder.path()}), ElementsAre(mesh));
+    EXPECT_THAT(expand_inputs({folder / "*.obj"}), ElementsAre(mesh));
+    EXPECT_THAT(expand_inputs({hidden}), ElementsAre(hidden));
 }
 
 TEST_F(ExpandInputs, TakesPatterns) {

@@ -138,12 +138,12 @@ TEST_F(ReadSequence, PassesOnWhatIsWrongWithinAFile) {
                 HasSubstr("b.obj:6:7: face refers to vertex 9001"));
 }
 
-TEST_F(ReadSequence, GivesRepeatedStemsNamesOfTheirOwn) {
+TEST_F(ReadSequence, KeepsTheFolderThatTellsRepeatedStemsApart) {
     const std::string text = kVertices + "f 1 2 3\n";
     const MeshSequence sequence =
         read_sequence({folder_.put("x/1.obj", text), folder_.put("y/1.obj", text),
                        folder_.put("1-2.obj", text), folder_.put("z/1.obj", text)});
-    EXPECT_THAT(sequence.names, ElementsAre("1", "1-2", "1-2-2", "1-3"));
+    EXPECT_THAT(sequence.names, ElementsAre("x_1", "y_1", "1-2", "z_1"));
 }
 
 // The first bad file in the order given is reported, whichever thread finds its own first.

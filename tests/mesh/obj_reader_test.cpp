@@ -147,11 +147,7 @@ INSTANTIATE_TEST_SUITE_P(
             "VertexWithoutCoordinates", with_first_vertex("v"), "a.obj:1:2: ", {"0 coordinates"}},
         BadObj{
             "VertexCommentedOut", with_first_vertex("v 1 2 # 3"), "a.obj:1:7: ", {"2 coordinates"}},
-        BadObj{"TruncatedFace",
-               with_first_face("f 1 2"),
-               "a.obj:5:6: ",
-               {"2 corners", "expected at least 3"}},
-        BadObj{"FaceWithoutCorners", with_first_face("f"), "a.obj:5:2: ", {"0 corners"}},
+        BadObj{"FaceCutOff", kPlain + "f 1 2", "a.obj:7:6: ", {"2 corners", "expected at least 3"}},
         BadObj{"IndexBeyondTheEnd",
                with_first_face("f 1 2 9001"),
                "a.obj:5:7: ",
@@ -182,16 +178,21 @@ INSTANTIATE_TEST_SUITE_P(
         BadObj{"WordAsTextureIndex", with_first_face("f 1 2/x 3"), "a.obj:5:5: ", {"'2/x'"}},
         BadObj{"ThreeSlashes", with_first_face("f 1 2/1/1/1 3"), "a.obj:5:5: ", {"'2/1/1/1'"}},
         BadObj{"LoneSlash", with_first_face("f 1 /2 3"), "a.obj:5:5: ", {"'/2'"}},
-        BadObj{"UnknownKeyword",
-               kPlain + "vertex 1 2 3\n",
-               "a.obj:7:1: ",
+        BadObj{"AnotherKindOfText",
+               "vertex 1 2 3\n",
+               "a.obj:1:1: ",
                {"'vertex'", "expected v, f", "vt", "usemtl"}},
+        BadObj{"ByteOrderMarkInside",
+               kPlain + "\xEF\xBB\xBF" + kPlain,
+               "a.obj:7:1: ",
+               {"byte order mark", "'v'"}},
+        BadObj{"NulLine", kPlain + std::string(3, '\0') + "\n" + kPlain, "a.obj:7:1: ", {"\\x00"}},
         BadObj{"UpperCaseKeyword", with_first_vertex("V 0 0 0"), "a.obj:1:1: ", {"'V'"}},
         BadObj{"KeywordGluedToNumber", with_first_vertex("v1 0 0"), "a.obj:1:1: ", {"'v1'"}},
         BadObj{"BinaryGarbage",
                std::string("\x01\x02\x00zz\n", 6) + kPlain,
                "a.obj:1:1: ",
-               {"'???zz'"}},
+               {"'\\x01\\x02\\x00zz'"}},
         BadObj{"Empty", "", "a.obj: ", {"empty"}},
         BadObj{"OnlyComments", "# nothing\n\n", "a.obj: ", {"no vertices", "expected"}},
         BadObj{"NoFaces",
@@ -213,11 +214,10 @@ TEST(ObjReader, LongTokensAreCutInMessages) {
     EXPECT_LT(message.size(), 200u);
 }
 
-// A polygon a b c d e becomes the fan (a b c) (a c d) (a d e).
-TEST(ObjReader, SplitsPolygonsIntoFansFromTheirFirstCorner) {
+TEST(ObjReader, SplitsPolygonsFromTheirLowestCorner) {
     const TriangleMesh mesh =
         parse_obj("v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 3 4 5 1 2\n", "a.obj");
-    EXPECT_EQ(mesh.faces, (std::vector<Face>{{2, 3, 4}, {2, 4, 0}, {2, 0, 1}}));
+    EXPECT_EQ(mesh.faces, (std::vector<Face>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
 TEST(ObjReader, KeepsVerticesThatAreEqualOrUnused) {

@@ -50,10 +50,10 @@ TEST(OffReader, CountsLinesAlikeForEveryLineEnd) {
     }
 }
 
-TEST(OffReader, SplitsPolygonsIntoFansFromTheirFirstCorner) {
+TEST(OffReader, SplitsPolygonsFromTheirLowestCorner) {
     const TriangleMesh mesh =
         parse_off("OFF 5 1\n0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 1 0\n5 2 3 4 0 1\n", "a.off");
-    EXPECT_EQ(mesh.faces, (std::vector<Face>{{2, 3, 4}, {2, 4, 0}, {2, 0, 1}}));
+    EXPECT_EQ(mesh.faces, (std::vector<Face>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
 // Nothing that was cut before its last corner passes for a whole mesh.

@@ -19,16 +19,6 @@ namespace {
 
 constexpr double kMost = 0.999;
 
-/// Numbers of the faces in the file, from 1, for all triangles they are split into.
-std::vector<int> face_numbers_of(const std::string& path) {
-    const PolygonMesh mesh = read_polygons(path);
-    std::vector<int> numbers;
-    for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-        numbers.insert(numbers.end(), mesh.face(f).size() - 2, static_cast<int>(f) + 1);
-    }
-    return numbers;
-}
-
 Refusal refusal_of(const Error& error) {
     if (const auto* input = dynamic_cast<const InputError*>(&error)) {
         return {"malformed_file", error.what(), input->where()};
@@ -75,6 +65,7 @@ class Checker {
             find_in_shapes(files_, face_numbers_, reference_, report_, report_.findings);
             find_copies(files_, *meshes_, reference_, meter_->radius(), report_.findings);
         }
+        if (meshes_) find_passed_over();
         find_numbering(files_, report_.findings);
         find_single_shape();
         std::stable_sort(
@@ -92,7 +83,7 @@ class Checker {
             paths.front() = path;
             try {
                 meshes_.emplace(paths);
-                face_numbers_ = face_numbers_of(path);
+                face_numbers_ = meshes_->face_numbers();
                 report_.reference = path;
                 return std::nullopt;
             } catch (const Error& error) {
@@ -199,6 +190,16 @@ class Checker {
             return;
         }
         if (meter_) file.facts = meter_->measure(shape, histogram);
+    }
+
+    void find_passed_over() {
+        FindingBuilder builder(Severity::warning, "passed_over");
+        for (const std::string& sentence : meshes_->warnings()) {
+            builder.add({.text = sentence, .file = report_.reference});
+        }
+        builder.finish("the files hold something that no mesh has",
+                       "It is passed over. Export again without it if it should be there.",
+                       report_.findings);
     }
 
     void find_single_shape() {

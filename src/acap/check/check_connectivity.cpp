@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "check_findings.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
@@ -129,16 +130,20 @@ class ConnectivityFinder {
     void find_odd_faces(std::vector<Finding>& findings) const {
         FindingBuilder twice(Severity::warning, "duplicate_faces");
         FindingBuilder degenerate(Severity::warning, "degenerate_faces");
-        std::map<Face, std::size_t> first_with;
+        std::map<Face, int> first_with;
+        int last_degenerate = 0, last_twice = 0;  // triangles of one polygon are neighbours
         for (std::size_t f = 0; f < faces_.size(); ++f) {
+            const int number = numbers_[f];
             Face sorted = faces_[f];
             std::sort(sorted.begin(), sorted.end());
-            const auto [first, fresh] = first_with.try_emplace(sorted, f);
-            CheckPlace place{.text = fmt::format("face {}", numbers_[f]), .file = path_};
-            place.face = numbers_[f];
-            if (is_degenerate(faces_[f])) degenerate.add(place);
-            if (fresh) continue;
-            place.text += fmt::format(", as face {}", numbers_[first->second]);
+            const int first = first_with.try_emplace(sorted, number).first->second;
+            CheckPlace place{.text = fmt::format("face {}", number), .file = path_};
+            place.face = number;
+            if (is_degenerate(faces_[f]) && std::exchange(last_degenerate, number) != number) {
+                degenerate.add(place);
+            }
+            if (first == number || std::exchange(last_twice, number) == number) continue;
+            place.text += fmt::format(", as face {}", first);
             twice.add(std::move(place));
         }
         twice.finish(

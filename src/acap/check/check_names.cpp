@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "check_findings.h"
-#include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/natural_order.h"
 
 namespace mscomp {
 namespace {
@@ -146,11 +146,21 @@ void find_other_order(const std::vector<CheckedFile>& files, Less less, FindingB
 
 void find_order(const std::vector<CheckedFile>& files, std::vector<Finding>& findings) {
     FindingBuilder listed(Severity::note, "order_not_natural");
+    std::vector<std::string> paths;
+    for (const CheckedFile& file : files) paths.push_back(file.path);
+    const NaturalOrder natural(paths);
+    const auto natural_less = [&](const auto& a, const auto& b) { return natural.less(a, b); };
     find_other_order(files, natural_less, listed);
     if (listed.count() > 0) {
         listed.finish("the list does not go by the numbers in the names",
                       "Its order is kept. If the numbers count time, sort the list.", findings);
         return;
+    }
+    if (!natural.doubt().empty()) {
+        FindingBuilder doubt(Severity::warning, "order_in_doubt");
+        doubt.add({.text = natural.doubt(), .file = files.front().path});
+        doubt.finish("the order of the shapes is in doubt",
+                     "Name the files in their order with --list.", findings);
     }
     FindingBuilder plain(Severity::note, "order_not_plain");
     find_other_order(files, std::less<>(), plain);

@@ -5,9 +5,10 @@
 
 namespace mscomp {
 
-SurfaceConnectivity analyze_connectivity(int vertex_count, const std::vector<Face>& faces) {
+SurfaceConnectivity analyze_connectivity(int vertex_count, const std::vector<Face>& faces,
+                                         const std::vector<int>& face_numbers) {
     const SurfaceMesh mesh(vertex_count, faces);
-    return {mesh.rings(), report_connectivity(faces, mesh)};
+    return {mesh.rings(), report_connectivity(faces, face_numbers, mesh)};
 }
 
 }  // namespace mscomp

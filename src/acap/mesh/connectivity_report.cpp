@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <numeric>
 #include <tuple>
 
@@ -43,8 +44,9 @@ std::string counted(int count, std::string_view one, std::string_view many) {
 
 class ReportBuilder {
   public:
-    ReportBuilder(const std::vector<Face>& faces, const SurfaceMesh& mesh)
-        : faces_(faces), mesh_(mesh), rings_(mesh.rings()) {}
+    ReportBuilder(const std::vector<Face>& faces, const std::vector<int>& face_numbers,
+                  const SurfaceMesh& mesh)
+        : faces_(faces), numbers_(face_numbers), mesh_(mesh), rings_(mesh.rings()) {}
 
     ConnectivityReport build() {
         report_.vertex_count = rings_.vertex_count();
@@ -60,16 +62,21 @@ class ReportBuilder {
     }
 
   private:
+    /// Of a triangle, in the file.
+    int number(std::size_t face) const {
+        return numbers_.empty() ? static_cast<int>(face) + 1 : numbers_[face];
+    }
+
     void count_degenerate_faces() {
-        std::size_t first = 0;
-        for (std::size_t i = faces_.size(); i-- > 0;) {
-            if (!is_degenerate(faces_[i])) continue;
-            ++report_.degenerate_faces;
-            first = i;
+        int first = 0, last = 0;  // triangles of one polygon are neighbours
+        for (std::size_t i = 0; i < faces_.size(); ++i) {
+            if (!is_degenerate(faces_[i]) || number(i) == last) continue;
+            last = number(i);
+            if (report_.degenerate_faces++ == 0) first = last;
         }
         if (report_.degenerate_faces == 0) return;
         warn(counted(report_.degenerate_faces, "face has", "faces have") +
-             fmt::format(" a vertex twice, the first is face {}", first + 1));
+             fmt::format(" a vertex twice, the first is face {}", first));
     }
 
     void count_duplicate_faces() {
@@ -80,22 +87,20 @@ class ReportBuilder {
             sorted.emplace_back(face, i);
         }
         std::sort(sorted.begin(), sorted.end());
-        std::size_t first = faces_.size(), original = 0, group = 0;
-        for (std::size_t i = 1; i < sorted.size(); ++i) {
+        std::map<int, int> originals;  // by the number of the later face
+        for (std::size_t i = 1, group = 0; i < sorted.size(); ++i) {
             if (sorted[i].first != sorted[group].first) {
                 group = i;
                 continue;
             }
-            ++report_.duplicate_faces;
-            if (sorted[i].second < first) {
-                first = sorted[i].second;
-                original = sorted[group].second;
-            }
+            const int original = number(sorted[group].second), later = number(sorted[i].second);
+            if (later != original) originals.try_emplace(later, original);
         }
-        if (report_.duplicate_faces == 0) return;
+        report_.duplicate_faces = static_cast<int>(originals.size());
+        if (originals.empty()) return;
         warn(counted(report_.duplicate_faces, "face has", "faces have") +
              fmt::format(" the vertices of an earlier one, the first is face {}, as face {}",
-                         first + 1, original + 1));
+                         originals.begin()->first, originals.begin()->second));
     }
 
     void count_boundaries() {
@@ -208,6 +213,7 @@ class ReportBuilder {
     void warn(std::string text) { report_.warnings.push_back(std::move(text)); }
 
     const std::vector<Face>& faces_;
+    const std::vector<int>& numbers_;
     const SurfaceMesh& mesh_;
     const OneRings& rings_;
     ConnectivityReport report_;
@@ -215,8 +221,10 @@ class ReportBuilder {
 
 }  // namespace
 
-ConnectivityReport report_connectivity(const std::vector<Face>& faces, const SurfaceMesh& mesh) {
-    return ReportBuilder(faces, mesh).build();
+ConnectivityReport report_connectivity(const std::vector<Face>& faces,
+                                       const std::vector<int>& face_numbers,
+                                       const SurfaceMesh& mesh) {
+    return ReportBuilder(faces, face_numbers, mesh).build();
 }
 
 }  // namespace mscomp

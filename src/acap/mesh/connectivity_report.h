@@ -8,7 +8,10 @@
 
 namespace mscomp {
 
-/// Counts what is odd about `faces`, of which `mesh` was made.
-ConnectivityReport report_connectivity(const std::vector<Face>& faces, const SurfaceMesh& mesh);
+/// Counts what is odd about `faces`, of which `mesh` was made; for `face_numbers` see
+/// analyze_connectivity.
+ConnectivityReport report_connectivity(const std::vector<Face>& faces,
+                                       const std::vector<int>& face_numbers,
+                                       const SurfaceMesh& mesh);
 
 }  // namespace mscomp

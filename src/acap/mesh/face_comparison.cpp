@@ -9,8 +9,14 @@
 namespace mscomp {
 namespace {
 
-/// Where the smallest of all rotations starts, in linear time even where corners repeat: two
-/// candidates advance; the one that loses a comparison also rules out the starts passed on the way.
+std::strong_ordering compare(std::span<const int> a, std::span<const int> b) {
+    return std::lexicographical_compare_three_way(a.begin(), a.end(), b.begin(), b.end());
+}
+
+}  // namespace
+
+// In linear time even where corners repeat: two candidates advance; the one that loses a comparison
+// also rules out the starts passed on the way.
 std::size_t smallest_rotation(std::span<const int> face) {
     const std::size_t count = face.size();
     const auto corner = [&](std::size_t i) { return face[i < count ? i : i - count]; };
@@ -26,12 +32,6 @@ std::size_t smallest_rotation(std::span<const int> face) {
     }
     return std::min(a, b);
 }
-
-std::strong_ordering compare(std::span<const int> a, std::span<const int> b) {
-    return std::lexicographical_compare_three_way(a.begin(), a.end(), b.begin(), b.end());
-}
-
-}  // namespace
 
 SortedFaces::SortedFaces(const PolygonMesh& mesh) : ends_(mesh.ends) {
     corners_.reserve(mesh.corners.size());

@@ -10,6 +10,9 @@
 
 namespace mscomp {
 
+/// Where the smallest of all rotations of a face's corners starts.
+std::size_t smallest_rotation(std::span<const int> face);
+
 /// The faces of a mesh, sorted, each from the corner that makes it smallest: the same for meshes
 /// that differ by the order of their faces and by the corners they start from. Linear in the number
 /// of corners for a mesh whose vertices have few faces.

@@ -2,43 +2,22 @@
 #include <fmt/format.h>
 #include <glob.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
 
 #include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/natural_order.h"
 #include "mscomp/base/error.h"
-#include "number_text.h"
 
 namespace mscomp {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The digits at `at` without leading zeros; `at` moves behind them.
-std::string_view take_number(std::string_view text, std::size_t& at) {
-    while (at < text.size() && text[at] == '0') ++at;
-    const std::size_t begin = at;
-    while (at < text.size() && is_digit(text[at])) ++at;
-    return text.substr(begin, at - begin);
-}
-
-/// Less than, equal to or greater than 0 as strcmp; "07" and "7" are equal.
-int natural_compare(std::string_view a, std::string_view b) {
-    std::size_t i = 0, j = 0;
-    while (i < a.size() && j < b.size()) {
-        if (is_digit(a[i]) && is_digit(b[j])) {
-            const std::string_view x = take_number(a, i), y = take_number(b, j);
-            if (x.size() != y.size()) return x.size() < y.size() ? -1 : 1;
-            if (const int order = x.compare(y); order != 0) return order;
-        } else {
-            const auto x = static_cast<unsigned char>(a[i++]),
-                       y = static_cast<unsigned char>(b[j++]);
-            if (x != y) return x < y ? -1 : 1;
-        }
-    }
-    return static_cast<int>(i < a.size()) - static_cast<int>(j < b.size());
+/// As for globs: what programs put beside meshes, such as the side files ._a.obj of a Mac.
+bool is_hidden(const fs::directory_entry& entry) {
+    return entry.path().filename().string().starts_with('.');
 }
 
 /// Pipes, sockets and devices in a folder are nobody's meshes. A link to nowhere is: a shape that
@@ -56,7 +35,8 @@ std::vector<std::string> meshes_in_folder(const std::string& folder) {
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
         const std::string path = entry->path().string();
-        if (mesh_format(path) && is_file_or_broken_link(*entry)) files.push_back(path);
+        if (is_hidden(*entry) || !mesh_format(path)) continue;
+        if (is_file_or_broken_link(*entry)) files.push_back(path);
     }
     if (error) throw IoError(folder, "cannot read the folder: " + error.message());
     if (files.empty()) {
@@ -107,17 +87,12 @@ void refuse_repeated_files(const std::vector<std::string>& files) {
 
 }  // namespace
 
-bool natural_less(std::string_view a, std::string_view b) {
-    const int order = natural_compare(a, b);
-    return order != 0 ? order < 0 : a < b;
-}
-
 std::vector<std::string> expand_inputs(const std::vector<std::string>& inputs) {
     if (inputs.empty()) throw UsageError("no input given, wanted mesh files, folders or patterns");
     std::vector<std::string> files;
     for (const std::string& input : inputs) append_input(input, true, files);
     refuse_repeated_files(files);
-    std::sort(files.begin(), files.end(), natural_less);
+    NaturalOrder(files).sort(files);
     return files;
 }
 

@@ -4,10 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <mutex>
 #include <optional>
-#include <set>
 
 #include "face_comparison.h"
 #include "mscomp/acap/mesh/shape_source.h"
@@ -15,6 +13,8 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "polygon_mesh.h"
+#include "polygon_split.h"
+#include "reading_notes.h"
 
 namespace mscomp {
 namespace {
@@ -44,14 +44,15 @@ class ReferenceConnectivity {
         if (const auto extra = faces.first_missing_in(sorted_faces())) {
             throw InputError(
                 {path}, count_text(mesh) + fmt::format("face {} is {}, which {} does not have{}",
-                                                       *extra + 1, corners_text(mesh.face(*extra)),
-                                                       path_, own_face_text(*extra)));
+                                                       mesh.file_number(*extra),
+                                                       corners_text(mesh.face(*extra)), path_,
+                                                       own_face_text(*extra)));
         }
         if (mesh.face_count() == mesh_.face_count()) return;  // as many, and none is another
         if (const auto missing = sorted_faces().first_missing_in(faces)) {
             throw InputError(
                 {path}, count_text(mesh) + fmt::format("face {} of {} is {}, which is missing here",
-                                                       *missing + 1, path_,
+                                                       mesh_.file_number(*missing), path_,
                                                        corners_text(mesh_.face(*missing))));
         }
     }
@@ -69,7 +70,8 @@ class ReferenceConnectivity {
     }
     std::string own_face_text(std::size_t index) const {
         if (index >= mesh_.face_count()) return "";
-        return fmt::format(" (there face {} is {})", index + 1, corners_text(mesh_.face(index)));
+        return fmt::format(" (there face {} is {})", mesh_.file_number(index),
+                           corners_text(mesh_.face(index)));
     }
 
     const PolygonMesh& mesh_;
@@ -78,39 +80,37 @@ class ReferenceConnectivity {
     mutable std::optional<SortedFaces> sorted_faces_;
 };
 
-/// File stems; one that was there before gets "-2", "-3", ..., so that names can name files.
-std::vector<std::string> distinct_stems(const std::vector<std::string>& paths) {
-    std::vector<std::string> names;
-    std::set<std::string> taken;
-    for (const std::string& path : paths) {
-        const std::string stem = std::filesystem::path(path).stem().string();
-        std::string name = stem;
-        for (int copy = 2; !taken.insert(name).second; ++copy)
-            name = fmt::format("{}-{}", stem, copy);
-        names.push_back(name);
-    }
-    return names;
-}
-
 }  // namespace
 
 struct MeshFiles::State {
-    explicit State(std::vector<std::string> files)
+    State(std::vector<std::string> files, int index)
         : paths(std::move(files)),
-          names(distinct_stems(paths)),
-          reference(read_polygons(paths.front())),
-          connectivity(reference, paths.front()),
-          faces(split_into_triangles(reference)) {}
+          names(shape_names(paths)),
+          first(read_polygons(paths.front())),
+          connectivity(first, paths.front()) {
+        notes.add(0, first);
+        split = split_into_triangles(first, index == 0 ? first.vertices : shape(index));
+    }
+
+    std::vector<Point> shape(int index) {
+        if (index == 0) return first.vertices;
+        const std::string& path = paths[at(index)];
+        PolygonMesh mesh = read_polygons(path);
+        connectivity.check(mesh, path);
+        notes.add(index, mesh);
+        return std::move(mesh.vertices);
+    }
 
     std::vector<std::string> paths, names;
-    PolygonMesh reference;
+    PolygonMesh first;
     ReferenceConnectivity connectivity;
-    std::vector<Face> faces;  // one split for all: the fans of the reference's polygons
+    ReadingNotes notes;
+    SplitFaces split;  // one for all
 };
 
-MeshFiles::MeshFiles(std::vector<std::string> paths) {
+MeshFiles::MeshFiles(std::vector<std::string> paths, int reference) {
     if (paths.empty()) throw UsageError("no mesh files given");
-    state_ = std::make_unique<State>(std::move(paths));
+    state_ = std::make_unique<State>(std::move(paths), reference);
 }
 MeshFiles::MeshFiles(MeshFiles&&) noexcept = default;
 MeshFiles& MeshFiles::operator=(MeshFiles&&) noexcept = default;
@@ -118,16 +118,14 @@ MeshFiles::~MeshFiles() = default;
 
 const std::vector<std::string>& MeshFiles::paths() const { return state_->paths; }
 const std::vector<std::string>& MeshFiles::names() const { return state_->names; }
-const std::vector<Face>& MeshFiles::faces() const { return state_->faces; }
-int MeshFiles::vertex_count() const { return static_cast<int>(state_->reference.vertices.size()); }
-
-std::vector<Point> MeshFiles::shape(int index) const {
-    if (index == 0) return state_->reference.vertices;
-    const std::string& path = state_->paths[at(index)];
-    PolygonMesh mesh = read_polygons(path);
-    state_->connectivity.check(mesh, path);
-    return std::move(mesh.vertices);
+const std::vector<Face>& MeshFiles::faces() const { return state_->split.faces; }
+std::vector<int> MeshFiles::face_numbers() const { return state_->split.face_numbers; }
+int MeshFiles::vertex_count() const { return static_cast<int>(state_->first.vertices.size()); }
+std::vector<Point> MeshFiles::shape(int index) const { return state_->shape(index); }
+std::vector<std::string> MeshFiles::warnings() const {
+    return state_->notes.warnings(state_->paths);
 }
+std::vector<std::string> MeshFiles::unused() const { return state_->notes.unused(); }
 
 MeshSequence read_sequence(const std::vector<std::string>& paths) {
     const MeshFiles files(paths);

@@ -52,7 +52,11 @@ std::string in_quotes(std::string_view token) {
     std::string text = "'";
     for (const char c : token.substr(0, longest)) {
         const auto code = static_cast<unsigned char>(c);
-        text += code < 0x20 || code == 0x7f ? '?' : c;
+        if (code < 0x20 || code == 0x7f) {
+            text += fmt::format("\\x{:02x}", code);
+        } else {
+            text += c;
+        }
     }
     return text += token.size() > longest ? "...'" : "'";
 }
@@ -66,6 +70,12 @@ std::string number_complaint(std::string_view token) {
     }
     if (whole && number.kind == NumberText::Kind::too_large) {
         return fmt::format("got {}, expected a number not beyond 1.8e308", in_quotes(token));
+    }
+    if (token.find(kByteOrderMark) != std::string_view::npos) {
+        return fmt::format(
+            "got {} behind a byte order mark (BOM), expected a number; save the file as UTF-8 "
+            "without BOM",
+            in_quotes(token.substr(token.find(kByteOrderMark) + kByteOrderMark.size())));
     }
     if (has_decimal_comma(token)) {
         return fmt::format(

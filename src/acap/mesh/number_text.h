@@ -17,6 +17,9 @@ namespace mscomp {
 inline constexpr std::array<std::string_view, 3> kCoordinates{
     "vertex coordinate x", "vertex coordinate y", "vertex coordinate z"};
 
+/// What some editors begin UTF-8 with; nothing shows it.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 inline bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
 
 /// What a number at the start of a text was found to be.
@@ -31,7 +34,7 @@ struct NumberText {
 /// the nearest double; numbers too small for a double become 0.
 inline NumberText read_number(const char* begin, const char* end);
 
-/// The characters of a token in quotes, made safe to print and cut to a readable length.
+/// The characters of a token in quotes, cut to a readable length; control characters as \x00.
 std::string in_quotes(std::string_view token);
 
 /// "got '0,5' ..., expected ..." for a token that is not the finite number it has to be.

@@ -16,13 +16,47 @@
 namespace mscomp {
 namespace {
 
-/// They change no vertex and no face; curves and surfaces lie beside the mesh. Not among them:
-/// "call" and "csh", which would bring in other files.
-constexpr std::array<std::string_view, 35> kSkippedKeywords{
-    "vt",   "vn",   "vp",     "g",      "o",     "s",     "usemtl",     "mtllib",    "l",
-    "p",    "mg",   "usemap", "maplib", "lod",   "bevel", "shadow_obj", "trace_obj", "cstype",
-    "deg",  "bmat", "step",   "curv",   "curv2", "surf",  "parm",       "trim",      "hole",
-    "scrv", "sp",   "end",    "con",    "ctech", "stech", "c_interp",   "d_interp"};
+/// Statements that change no vertex and no face, and what is not kept of them; nothing where they
+/// only say how to draw. Not among them: "call" and "csh", which would bring in other files.
+struct Statement {
+    std::string_view keyword, unused;
+};
+constexpr std::string_view kCurves = "curves and surfaces";
+constexpr std::array<Statement, 35> kSkippedStatements{{{"vt", "texture coordinates"},
+                                                        {"vn", "normals"},
+                                                        {"usemtl", "materials"},
+                                                        {"mtllib", "materials"},
+                                                        {"g", "groups"},
+                                                        {"o", "groups"},
+                                                        {"s", ""},
+                                                        {"l", "lines"},
+                                                        {"p", "points"},
+                                                        {"vp", kCurves},
+                                                        {"mg", ""},
+                                                        {"usemap", "materials"},
+                                                        {"maplib", "materials"},
+                                                        {"lod", ""},
+                                                        {"bevel", ""},
+                                                        {"shadow_obj", ""},
+                                                        {"trace_obj", ""},
+                                                        {"cstype", kCurves},
+                                                        {"deg", kCurves},
+                                                        {"bmat", kCurves},
+                                                        {"step", kCurves},
+                                                        {"curv", kCurves},
+                                                        {"curv2", kCurves},
+                                                        {"surf", kCurves},
+                                                        {"parm", kCurves},
+                                                        {"trim", kCurves},
+                                                        {"hole", kCurves},
+                                                        {"scrv", kCurves},
+                                                        {"sp", kCurves},
+                                                        {"end", kCurves},
+                                                        {"con", kCurves},
+                                                        {"ctech", ""},
+                                                        {"stech", ""},
+                                                        {"c_interp", ""},
+                                                        {"d_interp", ""}}};
 constexpr std::ptrdiff_t kDigitsThatFit = 18;  // a signed number of 64 bits holds any of them
 constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
 
@@ -32,10 +66,11 @@ bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 /// One pass over the text. A statement is a line with its continuation lines.
 class ObjReader {
   public:
-    ObjReader(std::string_view text, const std::string& path)
-        : at_(text.data()), end_(text.data() + text.size()), path_(path) {
-        at_ += text_begin(text, path, "an OBJ mesh");
-        line_begin_ = at_;
+    ObjReader(std::string_view whole, const std::string& path) : path_(path) {
+        const std::size_t begin = text_begin(whole, path, "an OBJ mesh");
+        const std::string_view text = without_padding(whole.substr(begin));
+        at_ = line_begin_ = text.data();
+        end_ = text.data() + text.size();
         // About what a triangle mesh needs: 30 bytes a vertex, 18 a face, two faces a vertex.
         mesh_.vertices.reserve(text.size() / 64);
         mesh_.ends.reserve(text.size() / 32);
@@ -51,6 +86,10 @@ class ObjReader {
             }
         }
         check_complete();
+        for (std::size_t i = 0; i < kSkippedStatements.size(); ++i) {
+            const std::string_view unused = kSkippedStatements[i].unused;
+            if (is_met_[i] && !unused.empty()) mesh_.leave_unused(unused);
+        }
         return std::move(mesh_);
     }
 
@@ -71,21 +110,63 @@ class ObjReader {
             if (!read_plain_triangle()) read_face();
         } else if (*at_ == '#') {
             skip_comment();
+        } else if (token() == "fo") {
+            at_ += 2;  // "fo" is what faces were called in the first versions of the format
+            read_face();
         } else {
-            skip_known_statement();
+            skip_other_statement();
         }
     }
 
-    void skip_known_statement() {
+    void skip_other_statement() {
         const std::string_view keyword = token();
-        const auto known = std::find(kSkippedKeywords.begin(), kSkippedKeywords.end(), keyword);
-        if (known == kSkippedKeywords.end()) {
-            fail(
-                fmt::format("got the keyword {}, expected v, f, vt, vn, g, o, s, usemtl or another "
-                            "one of OBJ",
-                            in_quotes(keyword)));
+        const auto known = std::find_if(kSkippedStatements.begin(), kSkippedStatements.end(),
+                                        [&](const auto& s) { return s.keyword == keyword; });
+        if (known != kSkippedStatements.end()) {
+            is_met_[at(known - kSkippedStatements.begin())] = true;
+        } else {
+            note_unknown(keyword);
         }
         skip_statement();
+    }
+
+    /// Other programs have statements of their own. Not taken for one is what looks like a damaged
+    /// vertex or face, and what no text has.
+    void note_unknown(std::string_view keyword) {
+        const std::string complaint = keyword_complaint(keyword);
+        constexpr std::array<std::string_view, 5> refused{"V", "F", "FO", "call", "csh"};
+        const bool is_refused = std::find(refused.begin(), refused.end(), keyword) != refused.end();
+        if (is_refused || !is_name(keyword)) fail(complaint);
+        if (unknown_complaint_.empty()) {
+            unknown_complaint_ = complaint;
+            unknown_place_ = here();
+        }
+        mesh_.pass_over(PassedOver::Kind::unknown_statement,
+                        [&] { return fmt::format("line {}: {}", line_, in_quotes(keyword)); });
+    }
+
+    static std::string keyword_complaint(std::string_view keyword) {
+        if (keyword.starts_with(kByteOrderMark)) {
+            return fmt::format(
+                "got a byte order mark (BOM) before {}, expected it at the start of "
+                "the file only; were files put together?",
+                in_quotes(keyword.substr(kByteOrderMark.size())));
+        }
+        return fmt::format(
+            "got the keyword {}, expected v, f, vt, vn, g, o, s, usemtl or another "
+            "one of OBJ",
+            in_quotes(keyword));
+    }
+
+    /// Printable ASCII that does not begin as a number does, nor as "v" or "f" and a number.
+    static bool is_name(std::string_view keyword) {
+        constexpr std::string_view numeric = "0123456789+-.";
+        const std::string_view letters = "vVfF";
+        const bool is_glued = keyword.size() > 1 && letters.find(keyword[0]) != letters.npos &&
+                              numeric.find(keyword[1]) != numeric.npos;
+        return !is_glued && numeric.find(keyword.front()) == numeric.npos &&
+               std::all_of(keyword.begin(), keyword.end(),
+                           [](char c) { return c > 0x20 && c < 0x7f; });
     }
 
     /// The usual line, three short numbers and nothing else, without the detours of read_vertex.
@@ -138,7 +219,9 @@ class ObjReader {
             point[axis] = read_coordinate(kCoordinateNames[axis]);
         }
         // A weight or a colour may follow; anything else is a sign that the line is not a vertex.
-        for (skip_blanks(); !at_statement_end(); skip_blanks()) {
+        skip_blanks();
+        if (!at_statement_end()) mesh_.leave_unused("weights or colours of vertices");
+        for (; !at_statement_end(); skip_blanks()) {
             const NumberText number = read_number(at_, end_);
             if (number.kind == NumberText::Kind::none || !at_token_end(number.end)) {
                 fail("after the vertex: " + number_complaint(token()));
@@ -160,15 +243,16 @@ class ObjReader {
 
     void read_face() {
         const std::size_t first = mesh_.corners.size();
+        const std::int64_t line = line_;
         for (skip_blanks(); !at_statement_end(); skip_blanks())
             mesh_.corners.push_back(read_corner());
         const std::size_t count = mesh_.corners.size() - first;
-        if (count < 3) {
+        if (count < 3 && at_ == end_) {  // without a line end: the rest is missing
             fail(fmt::format("the face ends after {} corner{}, expected at least 3", count,
                              count == 1 ? "" : "s"));
         }
         finish_statement();
-        mesh_.ends.push_back(mesh_.corners.size());
+        mesh_.finish_face([&] { return fmt::format("line {}", line); });
     }
 
     /// v, v/vt, v//vn or v/vt/vn; only v is used.
@@ -229,6 +313,10 @@ class ObjReader {
     }
 
     void check_complete() const {
+        // Then it may be another kind of file.
+        if (mesh_.ends.empty() && !unknown_complaint_.empty()) {
+            throw InputError(unknown_place_, unknown_complaint_);
+        }
         if (mesh_.vertices.empty()) {
             throw InputError({path_}, "has no vertices, expected lines such as 'v 0.1 0.2 0.3'");
         }
@@ -309,13 +397,16 @@ class ObjReader {
                          in_quotes(token())));
     }
 
-    const char* at_;
-    const char* end_;
+    const char* at_ = nullptr;
+    const char* end_ = nullptr;
     const char* line_begin_ = nullptr;
     std::int64_t line_ = 1;
     const std::string& path_;
     PolygonMesh mesh_;
     std::vector<ForwardReference> forward_;
+    std::array<bool, kSkippedStatements.size()> is_met_{};
+    std::string unknown_complaint_;  // about the first one
+    FilePosition unknown_place_;
 };
 
 }  // namespace

@@ -41,20 +41,22 @@ class HeaderReader {
 
     PlyHeader read() {
         next_line();
-        if (words_ != std::vector<std::string_view>{"ply"}) {
+        if (words_.size() != 1 || !same_word(words_[0], "ply")) {
             fail(fmt::format("got {}, expected 'ply' as the first line", in_quotes(line_text_)));
         }
         bool has_format = false;
         for (;;) {
             next_line();
-            if (words_.empty() || words_[0] == "comment" || words_[0] == "obj_info") continue;
-            if (words_[0] == "end_header") break;
-            if (words_[0] == "format") {
+            if (words_.empty() || same_word(words_[0], "comment") ||
+                same_word(words_[0], "obj_info"))
+                continue;
+            if (same_word(words_[0], "end_header")) break;
+            if (same_word(words_[0], "format")) {
                 read_format();
                 has_format = true;
-            } else if (words_[0] == "element") {
+            } else if (same_word(words_[0], "element")) {
                 read_element();
-            } else if (words_[0] == "property") {
+            } else if (same_word(words_[0], "property")) {
                 read_property();
             } else {
                 fail(
@@ -108,7 +110,7 @@ class HeaderReader {
              {"binary_little_endian", PlyFormat::little_endian},
              {"binary_big_endian", PlyFormat::big_endian}}};
         for (const auto& [name, format] : formats) {
-            if (words_.size() == 3 && words_[1] == name && words_[2] == "1.0") {
+            if (words_.size() == 3 && same_word(words_[1], name) && words_[2] == "1.0") {
                 header_.format = format;
                 return;
             }
@@ -138,7 +140,7 @@ class HeaderReader {
     void read_property() {
         if (header_.elements.empty()) fail("got a property, expected an element before it");
         PlyProperty property;
-        const bool list = words_.size() == 5 && words_[1] == "list";
+        const bool list = words_.size() == 5 && same_word(words_[1], "list");
         if (list) {
             property.count_type = read_type(words_[2]);
             if (!is_integer(*property.count_type)) {
@@ -158,7 +160,7 @@ class HeaderReader {
 
     PlyType read_type(std::string_view word) const {
         for (const auto& [name, type] : kTypeNames) {
-            if (name == word) return type;
+            if (same_word(word, name)) return type;
         }
         fail(
             fmt::format("got the type {}, expected char, uchar, short, ushort, int, uint, float, "
@@ -214,6 +216,12 @@ void check_counts(const PlyHeader& header, std::size_t file_size, const std::str
 std::size_t size_of(PlyType type) {
     constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
     return sizes[at(type)];
+}
+
+bool same_word(std::string_view a, std::string_view b) {
+    const auto lower = [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [&](char x, char y) { return lower(x) == lower(y); });
 }
 
 bool is_integer(PlyType type) { return type < PlyType::f32; }

@@ -14,6 +14,8 @@ enum class PlyFormat { ascii, little_endian, big_endian };
 enum class PlyType { i8, u8, i16, u16, i32, u32, f32, f64 };
 std::size_t size_of(PlyType type);
 bool is_integer(PlyType type);
+/// Whether two words differ at most in case, which some programs write as they like.
+bool same_word(std::string_view a, std::string_view b);
 
 struct PlyProperty {
     std::string name;

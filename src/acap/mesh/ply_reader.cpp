@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <string_view>
 
@@ -21,7 +23,7 @@ constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
 bool is_corner_list(const PlyProperty& property) {
     return property.count_type.has_value() &&
-           (property.name == "vertex_indices" || property.name == "vertex_index");
+           (same_word(property.name, "vertex_indices") || same_word(property.name, "vertex_index"));
 }
 
 std::string element_names(const PlyHeader& header) {
@@ -36,12 +38,12 @@ const PlyElement& find_element(const PlyHeader& header, std::string_view name,
                                const std::string& path) {
     const PlyElement* found = nullptr;
     for (const PlyElement& element : header.elements) {
-        if (element.name == "tristrips") {
+        if (same_word(element.name, "tristrips")) {
             throw InputError({path, element.line},
                              "got triangle strips ('tristrips'), expected an element 'face'; save "
                              "the mesh with single faces");
         }
-        if (element.name != name) continue;
+        if (!same_word(element.name, name)) continue;
         if (found != nullptr) {
             throw InputError({path, element.line},
                              fmt::format("got a second element '{}', expected one", name));
@@ -53,24 +55,52 @@ const PlyElement& find_element(const PlyHeader& header, std::string_view name,
                      fmt::format("has no element '{}', only {}", name, element_names(header)));
 }
 
+/// Which properties of the vertex are called `name`: as it is written or, if none is, in any case.
+std::vector<std::size_t> properties_called(const PlyElement& vertex, std::string_view name) {
+    std::vector<std::size_t> exactly, in_any_case;
+    for (std::size_t i = 0; i < vertex.properties.size(); ++i) {
+        const PlyProperty& property = vertex.properties[i];
+        if (property.count_type) continue;
+        if (property.name == name) exactly.push_back(i);
+        if (same_word(property.name, name)) in_any_case.push_back(i);
+    }
+    return exactly.empty() ? in_any_case : exactly;
+}
+
+std::string property_names(const PlyElement& element) {
+    std::string names;
+    for (const PlyProperty& property : element.properties) {
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", in_quotes(property.name));
+    }
+    return names.empty() ? "none" : names;
+}
+
 /// Which of x, y, z every property of the vertex is, or 3.
 std::vector<std::size_t> axes_of(const PlyElement& vertex, const std::string& path) {
     std::vector<std::size_t> axes(vertex.properties.size(), 3);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        std::size_t found = 0;
-        for (std::size_t i = 0; i < axes.size(); ++i) {
-            const PlyProperty& property = vertex.properties[i];
-            if (property.name != kAxes[axis] || property.count_type) continue;
-            axes[i] = axis;
-            ++found;
+        const std::vector<std::size_t> found = properties_called(vertex, kAxes[axis]);
+        if (found.size() != 1) {
+            throw InputError(
+                {path, vertex.line},
+                fmt::format("got {} properties '{}' of the vertex, expected one; it has {}",
+                            found.size(), kAxes[axis], property_names(vertex)));
         }
-        if (found != 1) {
-            throw InputError({path, vertex.line},
-                             fmt::format("got {} properties '{}' of the vertex, expected one",
-                                         found, kAxes[axis]));
-        }
+        axes[found.front()] = axis;
     }
     return axes;
+}
+
+/// What a property of the vertex is called for people.
+std::string name_for_people(const std::string& property) {
+    const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
+        return std::any_of(names.begin(), names.end(),
+                           [&](std::string_view name) { return same_word(property, name); });
+    };
+    if (is_one_of({"nx", "ny", "nz"})) return "normals";
+    if (is_one_of({"red", "green", "blue", "alpha", "r", "g", "b", "a"})) return "vertex colours";
+    if (is_one_of({"s", "t", "u", "v", "texture_u", "texture_v"})) return "texture coordinates";
+    return fmt::format("the property {} of the vertices", in_quotes(property));
 }
 
 void check_face_element(const PlyElement& face, const std::string& path) {
@@ -103,6 +133,7 @@ class PlyReader {
         vertex_count_ = vertex.count;
         const std::vector<std::size_t> axes = axes_of(vertex, path_);
         check_face_element(face, path_);
+        note_unused(vertex, face, axes);
         if (vertex.count == 0) throw InputError({path_, vertex.line}, "has no vertices");
         if (face.count == 0) throw InputError({path_, face.line}, "has no faces");
         if (vertex.count > std::numeric_limits<int>::max()) {
@@ -124,10 +155,29 @@ class PlyReader {
             }
         }
         rows_.end_file();
+        if (mesh_.ends.empty()) {
+            throw InputError({path_, face.line}, "has no faces of three corners or more");
+        }
         return std::move(mesh_);
     }
 
   private:
+    void note_unused(const PlyElement& vertex, const PlyElement& face,
+                     const std::vector<std::size_t>& axes) {
+        for (std::size_t i = 0; i < axes.size(); ++i) {
+            if (axes[i] == 3) mesh_.leave_unused(name_for_people(vertex.properties[i].name));
+        }
+        for (const PlyProperty& property : face.properties) {
+            if (is_corner_list(property)) continue;
+            mesh_.leave_unused(
+                fmt::format("the property {} of the faces", in_quotes(property.name)));
+        }
+        for (const PlyElement& element : header_.elements) {
+            if (&element == &vertex || &element == &face || element.count == 0) continue;
+            mesh_.leave_unused(fmt::format("the elements {}", in_quotes(element.name)));
+        }
+    }
+
     void read_vertex(const PlyElement& vertex, const std::vector<std::size_t>& axes) {
         Point point{};
         for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -158,9 +208,6 @@ class PlyReader {
 
     void read_corners(const PlyProperty& property) {
         const std::int64_t count = read_list_length(property);
-        if (count < 3) {
-            rows_.fail(fmt::format("got a face with {} corners, expected at least 3", count));
-        }
         for (std::int64_t i = 0; i < count; ++i) {
             const double corner = rows_.value(property.type, "a corner of the face");
             if (!(corner >= 0 && corner < static_cast<double>(vertex_count_))) {
@@ -169,7 +216,7 @@ class PlyReader {
             }
             mesh_.corners.push_back(static_cast<int>(corner));
         }
-        mesh_.ends.push_back(mesh_.corners.size());
+        mesh_.finish_face([&] { return rows_.place(); });
     }
 
     void skip(const PlyProperty& property) {

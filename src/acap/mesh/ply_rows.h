@@ -23,7 +23,13 @@ namespace mscomp {
 class PlyTextRows {
   public:
     PlyTextRows(std::string_view bytes, const PlyHeader& header, const std::string& path)
-        : cursor_(bytes, header.data_begin, header.data_line, path) {}
+        : cursor_(without_padding(bytes), begin_of(bytes, header), header.data_line, path) {
+        if (bytes.substr(header.data_begin).starts_with(kByteOrderMark)) {
+            cursor_.fail(
+                "got a byte order mark (BOM) behind the header, expected the first element; save "
+                "the file as UTF-8 without BOM");
+        }
+    }
 
     void begin_row(const PlyElement& element, std::int64_t index) {
         skip_blank_lines();
@@ -61,10 +67,15 @@ class PlyTextRows {
     }
 
     std::size_t bytes_left() const { return cursor_.bytes_left(); }
+    std::string place() const { return fmt::format("line {}", cursor_.line()); }
     /// With the place of the last value.
     [[noreturn]] void fail(std::string_view message) const { cursor_.fail_taken(message); }
 
   private:
+    /// There may be nothing but padding behind the header.
+    static std::size_t begin_of(std::string_view bytes, const PlyHeader& header) {
+        return std::min(header.data_begin, without_padding(bytes).size());
+    }
     void skip_blank_lines() {
         for (cursor_.skip_blanks(); !cursor_.at_end() && cursor_.at_line_end();
              cursor_.skip_blanks()) {
@@ -127,6 +138,7 @@ class PlyByteRows {
     }
 
     std::size_t bytes_left() const { return bytes_.size() - at_; }
+    std::string place() const { return fmt::format("{} {}", element_->name, index_ + 1); }
     /// With the place of the last value.
     [[noreturn]] void fail(std::string_view message) const {
         throw InputError({path_}, fmt::format("{} {} of {} (byte {}): {}", element_->name,

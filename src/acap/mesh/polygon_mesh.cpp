@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "polygon_mesh.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "file_bytes.h"
 #include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
+#include "polygon_split.h"
 
 namespace mscomp {
 namespace {
 
 TriangleMesh triangulated(PolygonMesh mesh) {
     TriangleMesh result;
-    result.faces = split_into_triangles(mesh);
+    result.faces = split_into_triangles(mesh, mesh.vertices).faces;
     result.vertices = std::move(mesh.vertices);
     return result;
 }
@@ -35,17 +38,13 @@ PolygonMesh read_polygons(const std::string& path) {
     return {};
 }
 
-std::vector<Face> split_into_triangles(const PolygonMesh& mesh) {
-    std::vector<Face> faces;
-    faces.reserve(mesh.corners.size() - 2 * mesh.face_count());
-    std::size_t begin = 0;
-    for (const std::size_t end : mesh.ends) {
-        for (std::size_t corner = begin + 2; corner < end; ++corner) {
-            faces.push_back({mesh.corners[begin], mesh.corners[corner - 1], mesh.corners[corner]});
-        }
-        begin = end;
-    }
-    return faces;
+std::size_t PolygonMesh::file_number(std::size_t index) const {
+    const auto behind = std::upper_bound(small_faces.begin(), small_faces.end(), index);
+    return index + 1 + at(behind - small_faces.begin());
+}
+
+void PolygonMesh::leave_unused(std::string_view what) {
+    if (std::find(unused.begin(), unused.end(), what) == unused.end()) unused.emplace_back(what);
 }
 
 TriangleMesh read_mesh(const std::string& path) { return triangulated(read_polygons(path)); }

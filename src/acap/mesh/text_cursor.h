@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "mscomp/base/file_kind.h"
 #include "number_text.h"
 
 namespace mscomp {
@@ -20,7 +21,7 @@ class TextCursor {
           end_(text.data() + text.size()),
           line_begin_(at_),
           line_(line),
-          path_(path) {}
+          path_(&path) {}
 
     bool at_end() const { return at_ == end_; }
     bool at_line_end() const { return at_ == end_ || *at_ == '\n' || *at_ == '\r'; }
@@ -40,6 +41,8 @@ class TextCursor {
         line_begin_ = at_;
     }
 
+    std::int64_t line() const { return line_; }
+
     /// What stands here, up to a blank or the line end.
     std::string_view token() const {
         const char* after = at_;
@@ -47,6 +50,8 @@ class TextCursor {
         return {at_, static_cast<std::size_t>(after - at_)};
     }
     void skip_token() { at_ += token().size(); }
+    /// Over a part of the token here.
+    void skip(std::size_t characters) { at_ += characters; }
 
     /// Takes the number here, NaN and infinities included. Throws InputError, starting with `what`,
     /// if the token is none or is beyond double.
@@ -81,11 +86,11 @@ class TextCursor {
     const char* line_begin_;
     const char* taken_ = nullptr;
     std::int64_t line_;
-    const std::string& path_;
+    const std::string* path_;
 };
 
-/// Where the text of a mesh file starts: behind a UTF-8 byte order mark. Throws InputError if there
-/// is nothing, or if it is UTF-16 or UTF-32; `kind` is such as "an OBJ mesh".
-std::size_t text_begin(std::string_view bytes, const std::string& path, std::string_view kind);
+/// `text` without what some programs fill their last block with: NUL and 0x1a behind the last line,
+/// in any mixture with blanks and line ends.
+std::string_view without_padding(std::string_view text);
 
 }  // namespace mscomp

@@ -15,6 +15,7 @@
 #include "convert_formats.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
+#include "mscomp/acap/mesh/natural_order.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
@@ -32,7 +33,10 @@ namespace {
 
 Contents read_meshes(const std::string& input) {
     Contents contents;
-    contents.shapes = std::make_unique<MeshFiles>(expand_inputs({input}));
+    std::vector<std::string> paths = expand_inputs({input});
+    const std::string doubt = NaturalOrder(paths).doubt();
+    if (!doubt.empty()) contents.notes.push_back(doubt);
+    contents.shapes = std::make_unique<MeshFiles>(std::move(paths));
     return contents;
 }
 
@@ -201,16 +205,22 @@ void print_summary(const ConvertCommand& options, const Contents& contents, cons
         contents.features ? contents.features->shape_count() : contents.shapes->shape_count();
     const int vertices =
         contents.features ? contents.features->vertex_count() : contents.shapes->vertex_count();
+    const std::vector<std::string> warnings =
+        contents.shapes ? contents.shapes->warnings() : std::vector<std::string>{};
     if (options.common.json) {
         const nlohmann::ordered_json summary{
             {"file", options.output},     {"shapes", shapes},           {"vertices", vertices},
-            {"features", wrote_features}, {"supplied", contents.notes}, {"lost", losses.all()}};
+            {"features", wrote_features}, {"supplied", contents.notes}, {"lost", losses.all()},
+            {"warnings", warnings}};
         print_lines(json_text(summary, 2) + "\n");
         return;
     }
     print_out("{}: {} of {} with {}\n", options.output, wrote_features ? "features" : "vertices",
               number_of_shapes(shapes), number_of_vertices(vertices));
     if (options.common.quiet) return;
+    for (const std::string& warning : warnings) {
+        say("acapfeat: warning: {}\n", warning);
+    }
     std::vector<std::string> notes = contents.notes;
     if (!losses.all().empty()) {
         notes.push_back(
@@ -268,6 +278,7 @@ void run_convert(const ConvertCommand& options) {
         write_shapes(FeatureShapes(*contents.features, options.aligned), options, output, losses);
     } else {
         write_shapes(*contents.shapes, options, output, losses);
+        for (const std::string& unused : contents.shapes->unused()) losses.add(unused);
     }
     print_summary(options, contents, losses, write_features);
 }

@@ -17,6 +17,7 @@
 #include "mscomp/acap/extract.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
+#include "mscomp/acap/mesh/natural_order.h"
 #include "mscomp/acap/mesh/shape_source.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
@@ -32,11 +33,13 @@ namespace {
 class AllButTheLast final : public ShapeSource {
   public:
     explicit AllButTheLast(const MeshFiles& files)
-        : files_(files), names_(files.names().begin(), files.names().end() - 1) {}
+        : files_(files), names_(shape_names({files.paths().begin(), files.paths().end() - 1})) {}
 
     const std::vector<std::string>& names() const override { return names_; }
     const std::vector<Face>& faces() const override { return files_.faces(); }
     int vertex_count() const override { return files_.vertex_count(); }
+    std::vector<int> face_numbers() const override { return files_.face_numbers(); }
+    std::vector<std::string> warnings() const override { return files_.warnings(); }
     std::vector<Point> shape(int index) const override { return files_.shape(index); }
 
   private:
@@ -44,8 +47,19 @@ class AllButTheLast final : public ShapeSource {
     std::vector<std::string> names_;
 };
 
+/// What stands before the warnings of the features.
+std::vector<std::string> warnings_of_inputs(const ShapeSource& shapes, const FeatureSet& set) {
+    std::vector<std::string> warnings = shapes.warnings();
+    const SurfaceConnectivity connectivity =
+        analyze_connectivity(set.vertex_count(), set.reference.faces, shapes.face_numbers());
+    warnings.insert(warnings.end(), connectivity.report.warnings.begin(),
+                    connectivity.report.warnings.end());
+    return warnings;
+}
+
+/// `doubt` is about the order of the shapes.
 FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& reference,
-                           const ExtractCommand& options) {
+                           const std::string& doubt, const ExtractCommand& options) {
     const ExtractOptions extraction{parse_edge_weights(options.weights), options.align};
     FeatureFileWriter file(options.output, feature_outline(shapes, reference, extraction));
     const auto stop_if_interrupted = [] {
@@ -56,10 +70,9 @@ FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& 
         stop_if_interrupted();
         progress.update(done);
     });
-    const SurfaceConnectivity connectivity =
-        analyze_connectivity(set.vertex_count(), set.reference.faces);
-    set.warnings.insert(set.warnings.begin(), connectivity.report.warnings.begin(),
-                        connectivity.report.warnings.end());
+    const std::vector<std::string> before = warnings_of_inputs(shapes, set);
+    set.warnings.insert(set.warnings.begin(), before.begin(), before.end());
+    if (!doubt.empty()) set.warnings.insert(set.warnings.begin(), doubt);
     stop_if_interrupted();
     file.finish(set);
     return set;
@@ -75,21 +88,23 @@ void require_own_output(const ExtractCommand& options, const std::vector<std::st
 FeatureSet extract(const ExtractCommand& options) {
     std::vector<std::string> paths = mesh_paths(options.inputs, options.list);
     require_own_output(options, paths);
+    const std::string doubt = options.list.empty() ? NaturalOrder(paths).doubt() : "";
     if (const std::optional<std::int64_t> index = parsed_number<std::int64_t>(options.reference)) {
         const auto count = static_cast<std::int64_t>(paths.size());
         if (*index < 0 || *index >= count) {
             throw UsageError(fmt::format("--reference: got {}, wanted 0 to {}, or a mesh file",
                                          *index, count - 1));
         }
-        const MeshFiles files(std::move(paths));
-        return extract_to_file(files, files.shape(static_cast<int>(*index)), options);
+        const MeshFiles files(std::move(paths), static_cast<int>(*index));
+        return extract_to_file(files, files.shape(static_cast<int>(*index)), doubt, options);
     }
     // Read along with the shapes, the reference has to have the same connectivity; named as the
     // last, it takes no name away from a shape.
     paths.push_back(options.reference);
-    const MeshFiles files(std::move(paths));
+    const auto last = static_cast<int>(paths.size()) - 1;
+    const MeshFiles files(std::move(paths), last);
     const AllButTheLast shapes(files);
-    return extract_to_file(shapes, files.shape(shapes.shape_count()), options);
+    return extract_to_file(shapes, files.shape(last), doubt, options);
 }
 
 void print_summary(const FeatureSet& set, const ExtractCommand& options) {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/base/json_text.h"
 
 namespace mscomp {
@@ -22,7 +22,8 @@ class HandleReader {
         : path_(path), vertex_count_(vertex_count) {}
 
     std::vector<Handle> read() {
-        const auto file = parsed_json<nlohmann::json>(read_file(path_), path_);
+        const auto file =
+            parsed_json<nlohmann::json>(read_text_file(path_, "a list of handles"), path_);
         if (!file.is_object() || !file.contains("handles") || !file["handles"].is_array()) {
             throw InputError({path_}, "wanted an object with a list 'handles'");
         }

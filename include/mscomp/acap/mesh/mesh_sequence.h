@@ -9,17 +9,19 @@
 
 namespace mscomp {
 
-/// "frame_2" before "frame_10": runs of digits compare as numbers, the rest byte by byte.
-bool natural_less(std::string_view a, std::string_view b);
-
-/// Files named by `inputs` — files, folders (all their .obj, .ply, .off) or globs (*, ?, [...]) —
-/// in natural order. Throws UsageError when an input matches nothing or two inputs name the same
-/// file.
+/// Files named by `inputs` — files, folders (all their .obj, .ply, .off but hidden ones; not those
+/// of folders in them) or globs (*, ?, [...]) — in natural order. Throws UsageError when an input
+/// matches nothing or two inputs name the same file.
 std::vector<std::string> expand_inputs(const std::vector<std::string>& inputs);
+
+/// What the shapes of `paths` are called, all differently: the stem of the file; where stems
+/// repeat, with the folders before it that not all paths have in common ("take1_frame"). What is
+/// still the same gets "-2", "-3", ...
+std::vector<std::string> shape_names(const std::vector<std::string>& paths);
 
 /// Meshes of one connectivity in the order given; N shapes, V vertices, F faces.
 struct MeshSequence {
-    std::vector<std::string> names;          // (N) file stems, repeated ones with -2, -3, ...
+    std::vector<std::string> names;          // (N) as shape_names has them
     std::vector<std::vector<Point>> shapes;  // (N) of (V) positions
     std::vector<Face> faces;                 // (F) of the first file
 
@@ -55,7 +57,9 @@ struct SurfaceConnectivity {
     OneRings rings;
     ConnectivityReport report;
 };
-/// Throws MeshError if a face refers to a vertex outside 0 .. V-1.
-SurfaceConnectivity analyze_connectivity(int vertex_count, const std::vector<Face>& faces);
+/// `face_numbers` (F) tell which face of the file, from 1, each triangle is of; empty: each is its
+/// own. Throws MeshError if a face refers to a vertex outside 0 .. V-1.
+SurfaceConnectivity analyze_connectivity(int vertex_count, const std::vector<Face>& faces,
+                                         const std::vector<int>& face_numbers = {});
 
 }  // namespace mscomp
