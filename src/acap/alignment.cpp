@@ -15,6 +15,15 @@ Eigen::Vector3d centroid(const std::vector<Point>& points) {
 
 }  // namespace
 
+Point mean_point(std::span<const Point> points) {
+    Point sum{};
+    for (const Point& point : points) {
+        for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += point[axis];
+    }
+    for (double& x : sum) x /= static_cast<double>(points.size());
+    return sum;
+}
+
 RigidMotion best_rigid_motion(const std::vector<Point>& points, const std::vector<Point>& target) {
     const Eigen::Vector3d from = centroid(points), to = centroid(target);
     // Columns apart: the compiler then keeps them in registers.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -65,6 +66,7 @@ class OutlineReader {
         set.reference.vertices =
             rows_of<double, 3>(file_.data<double>("reference", {vertex_count_, 3}));
         set.reference.faces = read_faces();
+        set.places = read_places(set.reference);
         set.rotation = rows_of<double, 9>(file_.data<double>("rotation", {count_, 3, 3}));
         set.translation = rows_of<double, 3>(file_.data<double>("translation", {count_, 3}));
         for (const PerShapeNumber& number : kPerShapeNumbers) {
@@ -109,6 +111,21 @@ class OutlineReader {
             }
         }
         return faces;
+    }
+
+    /// Files of other programs do not say which vertices coincide, but which are in no face.
+    VertexPlaces read_places(const TriangleMesh& reference) const {
+        if (!file_.contains("place")) {
+            std::vector<int> own(reference.vertices.size());
+            std::iota(own.begin(), own.end(), 0);
+            return {own, reference.faces};
+        }
+        const std::span<const int> place = file_.data<int>("place", {vertex_count_});
+        try {
+            return VertexPlaces::from_stored({place.begin(), place.end()}, reference.faces);
+        } catch (const MeshError& error) {
+            fail(error.what());
+        }
     }
 
     std::vector<std::string> read_names() const {

@@ -28,6 +28,7 @@ Tensors tensors_of(const FeatureSet& outline) {
                     {"rotation", DataType::f64, {count, 3, 3}},
                     {"translation", DataType::f64, {count, 3}},
                     {"faces", DataType::i32, {outline.reference.face_count(), 3}}};
+    if (!outline.places.are_all_vertices()) tensors.push_back({"place", DataType::i32, {vertices}});
     for (const PerShapeNumber& number : kPerShapeNumbers) {
         if ((outline.*number.member).empty()) continue;
         tensors.push_back({number.name, DataType::f64, {count}});
@@ -119,6 +120,8 @@ FeatureFileWriter::FeatureFileWriter(const std::string& path, const FeatureSet& 
     : state_(std::make_unique<State>(path, outline)) {
     state_->write_all("reference", flat(outline.reference.vertices), {state_->vertex_count, 3});
     state_->writer.write("faces", 0, flat(outline.reference.faces));
+    if (outline.places.are_all_vertices()) return;
+    state_->writer.write("place", 0, std::span<const int>(outline.places.place_of_vertex()));
 }
 FeatureFileWriter::~FeatureFileWriter() = default;
 

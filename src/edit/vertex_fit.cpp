@@ -80,7 +80,6 @@ VertexFit::VertexFit(const ShapeModel& model, const TriangleMesh& reference, Edg
     }
     state_ = std::make_unique<State>(State{
         {CodePositions(model, reference, weights, options.solver),
-         connected_components(one_rings_of_faces(reference.vertex_count(), reference.faces)),
          scale_of(reference.vertices), stiffnesses(options.code_deviations, codes), options}});
 }
 VertexFit::VertexFit(VertexFit&&) noexcept = default;

@@ -160,7 +160,7 @@ class Evaluation {
     ordered_json report() {
         const int levels = static_cast<int>(run_.model->levels().size());
         const ComponentReport of_components =
-            component_report(components_, levels, run_.reference().vertex_count());
+            component_report(components_, levels, run_.context());
         ordered_json report{
             {"run", options_.run},
             {"set", std::filesystem::path(file_.path()).stem().string()},
@@ -245,11 +245,11 @@ class Evaluation {
     ordered_json shape_names(std::size_t n) const {
         return {{"shape", shapes_[n]}, {"name", fits_.front().measures.shapes()[n].name}};
     }
-    static ordered_json shape_errors(const ShapeErrors& errors) {
+    ordered_json shape_errors(const ShapeErrors& errors) const {
         return {{"rms_error", errors.rms_error},
                 {"mean_vertex_distance", errors.mean_vertex_distance},
                 {"max_vertex_distance", errors.max_vertex_distance},
-                {"worst_vertex", errors.worst_vertex},
+                {"worst_vertex", run_.context().places.vertex(errors.worst_vertex)},
                 {"relative_squared_error", optional_number(errors.relative_squared_error)}};
     }
     ordered_json shape_json(const MeasuredFit& fit, std::size_t n) const {

@@ -49,7 +49,7 @@ std::vector<std::string> sample_shapes(TrainedRun& run, const std::string& folde
         TriangleMesh mesh{positions.positions(positions.rows(codes.back())), run.reference().faces};
         names.push_back(fmt::format("sample_{:0{}}", i, digits));
         files.push_back(fmt::format("{}/{}.{}", folder, names.back(), options.format));
-        write_mesh(files.back(), mesh);
+        write_mesh(files.back(), run.context().whole(mesh.vertices));
         if (i < kMostDrawn) drawn.push_back({std::move(mesh), {}, 0});
         if (options.on_progress) options.on_progress(i + 1, options.count);
     }

@@ -5,6 +5,7 @@
 
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/feature_scaler.h"
+#include "mscomp/acap/surface_shapes.h"
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/model/config.h"
 #include "mscomp/model/model_file.h"
@@ -22,8 +23,9 @@ struct TrainingSetup {
 
     Config config;
     FeatureFile features;
-    FeatureScaler scaler;
     ModelContext context;
+    SurfaceShapes shapes;  // of the features
+    FeatureScaler scaler;
     std::unique_ptr<DistanceRows> distances;
     std::unique_ptr<LearnedModel> model;
 };

@@ -15,7 +15,8 @@ namespace mscomp {
 
 /// A feature file being written, its rows in any order, so that a set larger than memory can be:
 /// features [N,V,9] f32, vertices [N,V,3] f32, reference [V,3] f64, faces [F,3] i32, rotation
-/// [N,3,3] f64, translation [N,3] f64, and where the set has them principal_energy,
+/// [N,3,3] f64, translation [N,3] f64, place [V] i32 where not every vertex is a place of its own
+/// (VertexPlaces), and where the set has them principal_energy,
 /// propagation_energy, relaxation_energy, consistency_energy, consistency_gap, largest_jump,
 /// large_jumps, inherent_jumps, removable_jumps [N] f64; metadata: format_version, weights, layout,
 /// source, and names and warnings as JSON lists of strings. Without finish() nothing is left
@@ -49,7 +50,7 @@ void write_features(const std::string& path, const FeatureSet& set);
 class FeatureFile final : public ShapeSet {
   public:
     /// The numbers per shape and all metadata may be missing (files of other programs); names then
-    /// become shape_0000, ... and weights cotangent. Throws IoError, or InputError for missing
+    /// become shape_0000, ... and weights cotangent; without `place` no vertices coincide. Throws IoError, or InputError for missing
     /// tensors, shapes that do not match each other, numbers that are not finite, faces out of
     /// range, and other versions, layouts or weights.
     explicit FeatureFile(const std::string& path);

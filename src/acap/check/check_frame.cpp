@@ -10,7 +10,7 @@
 #include <map>
 #include <utility>
 
-#include "acap/float_range.h"
+#include "acap/mesh/float_range.h"
 #include "acap/polar.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
@@ -62,37 +62,16 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 
 }  // namespace
 
-void StretchHistogram::add(double value) {
-    if (!(value >= 0)) return;
-    const double place = (std::log10(value) - kLowestDecade) * kBinsPerDecade;
-    ++counts_[static_cast<std::size_t>(std::clamp(place, 0.0, kBins - 1.0))];
-}
-
-void StretchHistogram::add(const StretchHistogram& other) {
-    for (std::size_t bin = 0; bin < counts_.size(); ++bin) counts_[bin] += other.counts_[bin];
-}
-
-double StretchHistogram::quantile(double share) const {
-    std::int64_t total = 0, seen = 0;
-    for (const std::int64_t count : counts_) total += count;
-    if (total == 0) return 0;
-    for (std::size_t bin = 0; bin < counts_.size(); ++bin) {
-        seen += counts_[bin];
-        if (static_cast<double>(seen) < share * static_cast<double>(total)) continue;
-        return std::pow(10.0, kLowestDecade + static_cast<double>(bin + 1) / kBinsPerDecade);
-    }
-    return std::pow(10.0, kHighestDecade);
-}
-
-FrameMeter::FrameMeter(const TriangleMesh& reference)
-    : reference_(reference),
-      gradients_(reference, EdgeWeights::cotangent),
-      edges_(reference.vertices, gradients_.rings()),
-      center_(centroid_of(reference.vertices)),
-      radius_(rms_radius(reference.vertices)) {
+FrameMeter::FrameMeter(const TriangleMesh& reference, VertexPlaces used)
+    : used_(std::move(used)),
+      reference_(used_.surface(reference)),
+      gradients_(reference_, EdgeWeights::cotangent),
+      edges_(reference_.vertices, gradients_.rings()),
+      center_(centroid_of(reference_.vertices)),
+      radius_(rms_radius(reference_.vertices)) {
     std::map<std::pair<int, int>, int> side;
-    for (int f = 0; f < reference.face_count(); ++f) {
-        const Face& face = reference.faces[at(f)];
+    for (int f = 0; f < reference_.face_count(); ++f) {
+        const Face& face = reference_.faces[at(f)];
         for (std::size_t k = 0; k < 3; ++k) side[{face[k], face[(k + 1) % 3]}] = f;
     }
     for (const auto& [ends, left] : side) {
@@ -100,7 +79,7 @@ FrameMeter::FrameMeter(const TriangleMesh& reference)
         if (ends.first > ends.second || opposite == side.end()) continue;
         hinges_.push_back({ends.first, ends.second, left, opposite->second});
     }
-    reference_bends_ = bends(reference.vertices);
+    reference_bends_ = bends(reference_.vertices);
 }
 
 /// Sine of the angle between the two faces of every hinge, positive where the surface is convex.
@@ -122,8 +101,28 @@ std::vector<double> FrameMeter::bends(const std::vector<Point>& shape) const {
 }
 
 FrameFacts FrameMeter::measure(const std::vector<Point>& shape, StretchHistogram& histogram) const {
-    FrameFacts facts;
+    FrameFacts facts = measure_used(used_.of_places(std::span(shape)), histogram);
     facts.hash = hash_of(shape);
+    number_as_files(facts);
+    return facts;
+}
+
+void FrameMeter::number_as_files(FrameFacts& facts) const {
+    const auto renumber = [&](int& vertex) {
+        if (vertex >= 0) vertex = used_.vertex(vertex);
+    };
+    renumber(facts.folded_rings.first);
+    renumber(facts.mirrored.first);
+    renumber(facts.largest_stretch_vertex);
+    renumber(facts.sharpest_turn_vertex);
+    renumber(facts.edges.first_permuted);
+    for (int& vertex : facts.edges.stray) renumber(vertex);
+    for (int& vertex : facts.edges.shrunk) renumber(vertex);
+}
+
+FrameFacts FrameMeter::measure_used(const std::vector<Point>& shape,
+                                    StretchHistogram& histogram) const {
+    FrameFacts facts;
     facts.invariant = frame_invariants(shape);
     facts.edges = edges_.compare(shape);
     const double size = std::max(radius_, rms_radius(shape));

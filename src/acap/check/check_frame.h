@@ -9,23 +9,10 @@
 #include "acap/deformation_gradient.h"
 #include "check_edges.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/vertex_places.h"
+#include "stretch_histogram.h"
 
 namespace mscomp {
-
-/// How often |S - I| (largest entry of a vertex) fell into each of the logarithmic bins.
-class StretchHistogram {
-  public:
-    void add(double value);
-    void add(const StretchHistogram& other);
-    /// Upper end of the bin in which `share` of all values is reached; 0 without values.
-    double quantile(double share) const;
-
-  private:
-    static constexpr int kBinsPerDecade = 128;
-    static constexpr int kLowestDecade = -8, kHighestDecade = 8;
-    static constexpr int kBins = kBinsPerDecade * (kHighestDecade - kLowestDecade) + 1;
-    std::array<std::int64_t, kBins> counts_{};
-};
 
 constexpr std::size_t kInvariants = 8;
 
@@ -45,16 +32,20 @@ struct FrameFacts {
     int sharpest_turn_vertex = -1;
 };
 
-/// Measures shapes against a reference of the same connectivity.
+/// Measures shapes against a reference of the same connectivity. Vertices that no face uses have no
+/// say in anything but the hash.
 class FrameMeter {
   public:
     /// Throws MeshError if the reference has no face with an area.
-    FrameMeter(const TriangleMesh& reference);
+    FrameMeter(const TriangleMesh& reference, VertexPlaces used);
 
     /// Facts about `shape` (V positions); adds its |S - I| to `histogram`.
     FrameFacts measure(const std::vector<Point>& shape, StretchHistogram& histogram) const;
 
+    /// Of the vertices that faces use.
     const DeformationGradients& gradients() const { return gradients_; }
+    /// The number in the files of such a vertex.
+    int vertex(int used) const { return used_.vertex(used); }
     const EdgeStretchTest& edges() const { return edges_; }
     double radius() const { return radius_; }
 
@@ -70,7 +61,11 @@ class FrameMeter {
         int left, right;
     };
 
-    TriangleMesh reference_;
+    FrameFacts measure_used(const std::vector<Point>& shape, StretchHistogram& histogram) const;
+    void number_as_files(FrameFacts& facts) const;
+
+    VertexPlaces used_;
+    TriangleMesh reference_;  // of the vertices that faces use, as all below
     DeformationGradients gradients_;
     EdgeStretchTest edges_;
     std::vector<Hinge> hinges_;

@@ -44,7 +44,7 @@ void run_run_info(const RunInfoOptions& options) {
     const nlohmann::ordered_json report{{"run", options.run},
                                         {"kind", run.config.kind},
                                         {"source", context.source},
-                                        {"vertices", vertices},
+                                        {"vertices", context.mesh().vertex_count()},
                                         {"faces", context.reference.face_count()},
                                         {"train_shapes", context.train_shapes.size()},
                                         {"test_shapes", context.test_shapes.size()},
@@ -64,7 +64,8 @@ void run_run_info(const RunInfoOptions& options) {
                run.file.state().total);
     fmt::print("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
                context.train_shapes.size(),
-               context.train_shapes.size() + context.test_shapes.size(), context.source, vertices,
+               context.train_shapes.size() + context.test_shapes.size(), context.source,
+               context.mesh().vertex_count(),
                context.reference.face_count());
     for (std::size_t l = 0; l < levels.size(); ++l) {
         fmt::print("level {}: {} components ({} kept), mean support {:.1f} % of the vertices\n", l,
