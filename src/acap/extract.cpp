@@ -8,13 +8,13 @@
 #include <mutex>
 #include <utility>
 
+#include "acap/mesh/float_range.h"
 #include "acap/turns/consistency.h"
 #include "acap/turns/neighbor_starts.h"
 #include "coincident_vertices.h"
 #include "deformation_gradient.h"
 #include "extract_warnings.h"
 #include "feature_format.h"
-#include "acap/mesh/float_range.h"
 #include "mscomp/acap/alignment.h"
 #include "mscomp/acap/shape_outliers.h"
 #include "mscomp/base/error.h"
@@ -123,7 +123,7 @@ class Extraction {
   public:
     /// `origin`: where the origin of `set` lies in the input.
     Extraction(const ShapeSource& source, const ExtractOptions& options, const Point& origin,
-               FeatureSet& set, FeatureRows& rows, Progress& progress)
+               PlacedFeatures& set, FeatureRows& rows, Progress& progress)
         : source_(source),
           align_(options.align),
           set_(set),
@@ -236,7 +236,7 @@ class Extraction {
 
     const ShapeSource& source_;
     bool align_;
-    FeatureSet& set_;
+    PlacedFeatures& set_;
     SurfaceRows surface_rows_;
     FeatureRows& rows_;  // of the places
     Progress& progress_;
@@ -265,9 +265,9 @@ VertexPlaces vertex_places(const ShapeSource& source, const std::vector<Point>& 
     return {coincident.lowest(), source.faces()};
 }
 
-FeatureSet feature_outline(const ShapeSource& source, const std::vector<Point>& reference,
-                           const ExtractOptions& options) {
-    FeatureSet set;
+PlacedFeatures feature_outline(const ShapeSource& source, const std::vector<Point>& reference,
+                               const ExtractOptions& options) {
+    PlacedFeatures set;
     set.names = source.names();
     set.reference = {reference, source.faces()};
     set.places = options.places ? *options.places : vertex_places(source, reference);
@@ -284,14 +284,14 @@ FeatureSet feature_outline(const ShapeSource& source, const std::vector<Point>& 
     return set;
 }
 
-FeatureSet extract_features(const ShapeSource& source, const std::vector<Point>& reference,
-                            const ExtractOptions& options, FeatureRows& rows,
-                            const ExtractProgress& progress) {
+PlacedFeatures extract_features(const ShapeSource& source, const std::vector<Point>& reference,
+                                const ExtractOptions& options, FeatureRows& rows,
+                                const ExtractProgress& progress) {
     if (source.shape_count() > 0) {
         check_size(source.names()[0], at(source.vertex_count()), reference);
     }
     check_faces(source, reference);
-    FeatureSet set = feature_outline(source, reference, options);
+    PlacedFeatures set = feature_outline(source, reference, options);
     if (is_too_small_for_float(set.places.surface(set.reference).vertices)) {
         throw MeshError("the reference is too small for float32; scale all meshes up");
     }
@@ -300,14 +300,14 @@ FeatureSet extract_features(const ShapeSource& source, const std::vector<Point>&
     return set;
 }
 
-FeatureSet extract_features(const MeshSequence& sequence, const std::vector<Point>& reference,
-                            const ExtractOptions& options, const ExtractProgress& progress) {
+PlacedFeatures extract_features(const MeshSequence& sequence, const std::vector<Point>& reference,
+                                const ExtractOptions& options, const ExtractProgress& progress) {
     const auto values = sequence.shapes.size() * reference.size();
     FeatureSet set;
     set.features.resize(values * kFeatureDim);
     set.vertices.resize(values * 3);
     MemoryRows rows(set);
-    FeatureSet result =
+    PlacedFeatures result =
         extract_features(SequenceSource(sequence), reference, options, rows, progress);
     result.features = std::move(set.features);
     result.vertices = std::move(set.vertices);

@@ -21,7 +21,7 @@ std::string first_place(const Occurrences& found, std::string_view kind,
     return fmt::format("{} {}", kind, index + 1);
 }
 
-void warn_of_places(FeatureSet& set) {
+void warn_of_places(PlacedFeatures& set) {
     const VertexPlaces& places = set.places;
     const std::vector<int>& place = places.place_of_vertex();
     if (const int count = places.coincident_count(); count > 0) {
@@ -39,7 +39,7 @@ void warn_of_places(FeatureSet& set) {
     }
 }
 
-void warn_of_reference(const DeformationGradients& gradients, FeatureSet& set) {
+void warn_of_reference(const DeformationGradients& gradients, PlacedFeatures& set) {
     const auto warn = [&](const Occurrences& found, const char* what, const char* kind) {
         if (found.count == 0) return;
         set.warnings.push_back(fmt::format("reference: {} {} (first: {})", found.count, what,
@@ -54,7 +54,7 @@ void warn_of_reference(const DeformationGradients& gradients, FeatureSet& set) {
 }
 
 /// One sentence for all shapes together: totals, and where it happened first.
-void warn_of_shapes(const std::vector<ShapeOddities>& shapes, FeatureSet& set,
+void warn_of_shapes(const std::vector<ShapeOddities>& shapes, PlacedFeatures& set,
                     Occurrences ShapeOddities::*member, const char* what, const char* kind) {
     std::int64_t total = 0;
     Occurrences affected;
@@ -65,13 +65,12 @@ void warn_of_shapes(const std::vector<ShapeOddities>& shapes, FeatureSet& set,
     }
     if (total == 0) return;
     const auto first = at(affected.first);
-    set.warnings.push_back(fmt::format("{} {} in {} of {} shapes (first: {} of '{}')", total, what,
-                                       affected.count, shapes.size(),
-                                       first_place(shapes[first].*member, kind, set.places),
-                                       set.names[first]));
+    set.warnings.push_back(fmt::format(
+        "{} {} in {} of {} shapes (first: {} of '{}')", total, what, affected.count, shapes.size(),
+        first_place(shapes[first].*member, kind, set.places), set.names[first]));
 }
 
-void warn_of_far_shapes(const std::vector<ShapeOddities>& shapes, FeatureSet& set) {
+void warn_of_far_shapes(const std::vector<ShapeOddities>& shapes, PlacedFeatures& set) {
     const auto is_far = [](const ShapeOddities& shape) { return shape.far_from_origin; };
     const auto first = std::ranges::find_if(shapes, is_far);
     if (first == shapes.end()) return;
@@ -85,7 +84,7 @@ void warn_of_far_shapes(const std::vector<ShapeOddities>& shapes, FeatureSet& se
 }  // namespace
 
 void warn_of_oddities(const DeformationGradients& gradients,
-                      const std::vector<ShapeOddities>& shapes, FeatureSet& set) {
+                      const std::vector<ShapeOddities>& shapes, PlacedFeatures& set) {
     warn_of_reference(gradients, set);
     warn_of_shapes(shapes, set, &ShapeOddities::zero_area_faces, "faces without area", "face");
     warn_of_shapes(shapes, set, &ShapeOddities::folded_rings, "rings whose normals cancel",
@@ -95,7 +94,7 @@ void warn_of_oddities(const DeformationGradients& gradients,
     warn_of_far_shapes(shapes, set);
 }
 
-void warn_of_moved_origin(const Point& origin, FeatureSet& set) {
+void warn_of_moved_origin(const Point& origin, PlacedFeatures& set) {
     set.warnings.push_back(
         fmt::format("the reference lies over {} times its size from the origin, where float32 "
                     "keeps few digits: everything is kept relative to ({:.17g}, {:.17g}, {:.17g}), "

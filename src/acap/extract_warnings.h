@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "deformation_gradient.h"
-#include "mscomp/base/feature_set.h"
-#include "mscomp/base/vertex_places.h"
+#include "mscomp/acap/placed_features.h"
 #include "occurrences.h"
 
 namespace mscomp {
@@ -20,9 +19,9 @@ struct ShapeOddities {
 /// Appends to set.warnings what is odd about the reference, whose `gradients` are those of its
 /// places, and about the shapes (N). Vertices and faces are told as the files have them, from 1.
 void warn_of_oddities(const DeformationGradients& gradients,
-                      const std::vector<ShapeOddities>& shapes, FeatureSet& set);
+                      const std::vector<ShapeOddities>& shapes, PlacedFeatures& set);
 
 /// Says that positions are kept relative to `origin`, where the reference lay.
-void warn_of_moved_origin(const Point& origin, FeatureSet& set);
+void warn_of_moved_origin(const Point& origin, PlacedFeatures& set);
 
 }  // namespace mscomp

@@ -51,7 +51,7 @@ class OutlineReader {
   public:
     explicit OutlineReader(const SafetensorsFile& file) : file_(file) {}
 
-    FeatureSet read() {
+    PlacedFeatures read() {
         check_metadata();
         file_.data<float>("features", {-1, -1, kFeatureDim});
         count_ = file_.shape("features")[0];
@@ -62,7 +62,7 @@ class OutlineReader {
                              count_, vertex_count_));
         }
         file_.data<float>("vertices", {count_, vertex_count_, 3});
-        FeatureSet set;
+        PlacedFeatures set;
         set.reference.vertices =
             rows_of<double, 3>(file_.data<double>("reference", {vertex_count_, 3}));
         set.reference.faces = read_faces();
@@ -187,7 +187,7 @@ struct FeatureFile::State {
     }
 
     SafetensorsFile file;
-    FeatureSet outline;
+    PlacedFeatures outline;
     std::span<const float> features, vertices;
 };
 
@@ -197,7 +197,7 @@ FeatureFile& FeatureFile::operator=(FeatureFile&&) noexcept = default;
 FeatureFile::~FeatureFile() = default;
 
 const std::string& FeatureFile::path() const { return state_->file.path(); }
-const FeatureSet& FeatureFile::outline() const { return state_->outline; }
+const PlacedFeatures& FeatureFile::outline() const { return state_->outline; }
 std::string FeatureFile::data_hash() const {
     const auto found = state_->file.metadata().find("xxh3");
     return found == state_->file.metadata().end() ? std::string() : found->second;
@@ -214,9 +214,9 @@ void FeatureFile::forget(int index) const {
     state_->forget_around(state_->vertices, index);
 }
 
-FeatureSet read_features(const std::string& path) {
+PlacedFeatures read_features(const std::string& path) {
     const FeatureFile file(path);
-    FeatureSet set = file.outline();
+    PlacedFeatures set = file.outline();
     const auto count = at(file.shape_count());
     set.features.reserve(count * file.shape(0).size());
     set.vertices.reserve(count * file.vertices(0).size());

@@ -85,7 +85,8 @@ std::vector<std::string> ShapeOutliers::warnings(const std::vector<std::string>&
          "have another size than the reference, as in another unit: it is taken for deformation");
     const double usual = state_->stretches.quantile(kMostStretches);
     warn(state_->shapes_where(
-             names, [&](const ShapeFacts& s) { return is_stretch_outlier(s.largest_stretch, usual); }),
+             names,
+             [&](const ShapeFacts& s) { return is_stretch_outlier(s.largest_stretch, usual); }),
          fmt::format("stretch somewhere far more than the {:.3g} that 99.9 % of all vertices stay "
                      "below: one scale serves all, so everything else becomes small",
                      usual));

@@ -56,9 +56,7 @@ VertexPlaces VertexPlaces::from_stored(std::vector<int> place, const std::vector
     return result;
 }
 
-int VertexPlaces::unused_count() const {
-    return static_cast<int>(std::ranges::count(place_, -1));
-}
+int VertexPlaces::unused_count() const { return static_cast<int>(std::ranges::count(place_, -1)); }
 
 int VertexPlaces::coincident_count() const {
     return static_cast<int>(place_.size() - lowest_.size()) - unused_count();

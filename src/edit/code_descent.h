@@ -14,8 +14,8 @@ namespace mscomp {
 /// the centroid at 0, R the best rotation.
 struct CodeObjective {
     CodePositions codes;
-    double scale = 1;            // makes the reference fit the unit ball
-    Eigen::VectorXd stiffness;   // (K) 1 / deviation²
+    double scale = 1;           // makes the reference fit the unit ball
+    Eigen::VectorXd stiffness;  // (K) 1 / deviation²
     VertexFitOptions options;
 };
 

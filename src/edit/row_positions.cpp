@@ -49,8 +49,8 @@ std::vector<Point> RowPositions::positions(std::span<const float> rows,
     if (poisson_) return poisson_->solve(rows, like, Pieces::joined);
     if (lossless_) return lossless_->solve(rows, like, Pieces::joined).vertices;
     if (rows.size() != 3 * vertex_count_) {
-        throw MeshError(fmt::format("{} coordinates, wanted those of {} vertices", rows.size(),
-                                    vertex_count_));
+        throw MeshError(
+            fmt::format("{} coordinates, wanted those of {} vertices", rows.size(), vertex_count_));
     }
     if (!std::ranges::all_of(rows, [](float x) { return std::isfinite(x); })) {
         throw NumericalError("positions that are not finite");

@@ -176,8 +176,7 @@ struct ModelFile::Content {
         TriangleMesh& mesh = context.reference_of_files = std::move(context.reference);
         const auto place = file.data<int>("place", {mesh.vertex_count()});
         try {
-            context.places =
-                VertexPlaces::from_stored({place.begin(), place.end()}, mesh.faces);
+            context.places = VertexPlaces::from_stored({place.begin(), place.end()}, mesh.faces);
         } catch (const MeshError& error) {
             throw CheckpointError(path, error.what());
         }

@@ -128,7 +128,8 @@ void ComponentMeshes::keep_still(TriangleMesh& mesh, const std::vector<float>& a
     }
     for (std::size_t v = 0; v < pieces.size(); ++v) {
         const auto own = move.find(parts_[v]);
-        mesh.vertices[v] = minus(mesh.vertices[v], (own != move.end() ? own : move.find(leader))->second);
+        mesh.vertices[v] =
+            minus(mesh.vertices[v], (own != move.end() ? own : move.find(leader))->second);
     }
 }
 

@@ -131,6 +131,10 @@ TrainingResult train_run(const Config& config, const std::string& run,
     LineFile log(log_path(run));
     log.append(begin_line(options.title));
     describe(setup, run, log);
+    for (const std::string& warning : setup.warnings) {
+        log.append("warning: " + warning);
+        if (options.on_warning) options.on_warning(warning);
+    }
     write_file(config_path(run), write_config(config, true));
     const std::unique_ptr<Learner> learner =
         setup.model->learner(setup.shapes, setup.context.train_shapes);

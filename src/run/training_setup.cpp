@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "make_model.h"
+#include "mscomp/acap/shape_outliers.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/geodesic/heat_geodesics.h"
 #include "mscomp/run/split.h"
@@ -18,7 +20,7 @@ namespace {
 
 /// The context of a model of these features as far as they say.
 ModelContext context_of(const FeatureFile& features) {
-    const FeatureSet& outline = features.outline();
+    const PlacedFeatures& outline = features.outline();
     ModelContext context;
     context.source = features.path();
     context.source_hash = features.data_hash();
@@ -27,6 +29,18 @@ ModelContext context_of(const FeatureFile& features) {
     context.reference = outline.places.surface(outline.reference);
     if (!outline.places.are_all_vertices()) context.reference_of_files = outline.reference;
     return context;
+}
+
+/// What is odd about whole shapes of a set; files of other programs went through no other hands.
+std::vector<std::string> odd_shapes(const SurfaceShapes& shapes, const ModelContext& context,
+                                    const std::vector<std::string>& names) {
+    ShapeOutliers outliers(context.reference, shapes.shape_count());
+    parallel_for(shapes.shape_count(), [&](std::int64_t n) {
+        const auto index = static_cast<int>(n);
+        outliers.look_at(index, points_of(shapes.vertices(index)), shapes.shape(index));
+        shapes.forget(index);
+    });
+    return outliers.warnings(names);
 }
 
 }  // namespace
@@ -39,6 +53,7 @@ TrainingSetup::TrainingSetup(const Config& of)
     const FeatureSet& outline = features.outline();
     Split split = resolve_split(config.data.split, outline.shape_count(), "");
     if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
+    warnings = odd_shapes(shapes, context, outline.names);
     const FeatureRanges ranges(shapes, split.train);
     scaler = ranges.scaler(
         config.data.center == Scaling::minmax ? FeatureCenter::minmax : FeatureCenter::reference,

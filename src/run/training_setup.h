@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/feature_scaler.h"
@@ -26,6 +28,7 @@ struct TrainingSetup {
     ModelContext context;
     SurfaceShapes shapes;  // of the features
     FeatureScaler scaler;
+    std::vector<std::string> warnings;  // what is odd about whole shapes, one sentence each
     std::unique_ptr<DistanceRows> distances;
     std::unique_ptr<LearnedModel> model;
 };

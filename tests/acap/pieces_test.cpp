@@ -41,9 +41,9 @@ double largest_distance(const std::vector<Point>& a, const std::vector<Point>& b
 }
 
 TEST(PieceJoints, EveryVertexOfTheSmallerIsLinkedToTheNearest) {
-    const TriangleMesh mesh = joined(joined(head_with_eye(), scaled(shapes::icosphere(0), 0.1,
-                                                                    {1.8, 0.2, 0.1})),
-                                     scaled(shapes::icosphere(0), 0.1, {-2, 0, 0}));
+    const TriangleMesh mesh =
+        joined(joined(head_with_eye(), scaled(shapes::icosphere(0), 0.1, {1.8, 0.2, 0.1})),
+               scaled(shapes::icosphere(0), 0.1, {-2, 0, 0}));
     const std::vector<int> piece =
         connected_components(one_rings_of_faces(mesh.vertex_count(), mesh.faces));
     const std::vector<PieceJoint> joints = piece_joints(mesh.vertices, piece);
@@ -54,8 +54,7 @@ TEST(PieceJoints, EveryVertexOfTheSmallerIsLinkedToTheNearest) {
         EXPECT_TRUE(held[at(joint.from)] != 0 && held[at(joint.to)] == 0);
         held[at(joint.to)] = 1;
         EXPECT_EQ(joint.from, joint.to == 2 ? 1 : 0);  // the third hangs on the eye
-        EXPECT_EQ(static_cast<int>(joint.links.size()),
-                  std::ranges::count(piece, joint.to));
+        EXPECT_EQ(static_cast<int>(joint.links.size()), std::ranges::count(piece, joint.to));
         for (const PieceLink& link : joint.links) {
             double nearest = 1e9;
             for (int v = 0; v < mesh.vertex_count(); ++v) {
@@ -63,8 +62,9 @@ TEST(PieceJoints, EveryVertexOfTheSmallerIsLinkedToTheNearest) {
                 nearest = std::min(
                     nearest, (vec(mesh.vertices[at(v)]) - vec(mesh.vertices[at(link.to)])).norm());
             }
-            EXPECT_DOUBLE_EQ((vec(mesh.vertices[at(link.from)]) - vec(mesh.vertices[at(link.to)])).norm(),
-                      nearest);
+            EXPECT_DOUBLE_EQ(
+                (vec(mesh.vertices[at(link.from)]) - vec(mesh.vertices[at(link.to)])).norm(),
+                nearest);
         }
     }
 }

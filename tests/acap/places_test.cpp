@@ -33,7 +33,7 @@ std::vector<TriangleMesh> moving(const TriangleMesh& mesh) {
     return {mesh, mapped(mesh, wobble), twisted(mesh, 0.4, 4)};
 }
 
-FeatureSet extracted(const std::vector<TriangleMesh>& meshes) {
+PlacedFeatures extracted(const std::vector<TriangleMesh>& meshes) {
     return extract_features(sequence_of(meshes), meshes.front().vertices);
 }
 
@@ -48,7 +48,7 @@ void expect_same_feature(const FeatureSet& set, int v, const FeatureSet& other, 
 }
 
 TEST(Places, ASeamedTubeHasTheFeaturesOfTheClosedOne) {
-    const FeatureSet closed = extracted(moving(tube())), open = extracted(moving(seamed()));
+    const PlacedFeatures closed = extracted(moving(tube())), open = extracted(moving(seamed()));
     EXPECT_EQ(open.places.coincident_count(), kRings);
     EXPECT_THAT(open.warnings, Contains(HasSubstr("9 vertices coincide with others")));
     // Weights of the alignment differ by nothing: it is by place, too.
@@ -62,7 +62,7 @@ TEST(Places, ASoupHasTheFeaturesOfItsMesh) {
     const FeatureSet welded = extracted(moving(mesh));
     std::vector<TriangleMesh> soups;
     for (const TriangleMesh& shape : moving(mesh)) soups.push_back(shapes::soup(shape));
-    const FeatureSet soup = extracted(soups);
+    const PlacedFeatures soup = extracted(soups);
     EXPECT_EQ(soup.places.coincident_count(), soup.vertex_count() - mesh.vertex_count());
     for (int f = 0; f < mesh.face_count(); ++f) {
         for (int corner = 0; corner < 3; ++corner) {
@@ -77,7 +77,7 @@ TEST(Places, VerticesThatTouchInSomeShapesOnlyStayApart) {
     for (int ring = 2; ring < 5; ++ring) {
         meshes.back().vertices[at(ring * (kAround + 1) + kAround)][2] += 1e-3;
     }
-    const FeatureSet set = extracted(meshes);
+    const PlacedFeatures set = extracted(meshes);
     EXPECT_EQ(set.places.coincident_count(), kRings - 3);
     EXPECT_NE(set.places.place(3 * (kAround + 1)), set.places.place(3 * (kAround + 1) + kAround));
     EXPECT_EQ(set.places.place(5 * (kAround + 1)), set.places.place(5 * (kAround + 1) + kAround));
@@ -108,8 +108,8 @@ TEST(Places, GroupsFallApartAsShapesSay) {
 TEST(Places, AreKeptInTheFile) {
     const TemporaryFolder folder;
     const std::string path = folder / "seam.safetensors";
-    const FeatureSet set = extracted(moving(seamed()));
-    write_features(path, set);
+    const PlacedFeatures set = extracted(moving(seamed()));
+    write_features(path, set, set.places);
     EXPECT_EQ(read_features(path).places.place_of_vertex(), set.places.place_of_vertex());
     const FeatureFile file(path);
     const SurfaceShapes surface(file, set.places);
@@ -133,7 +133,7 @@ TEST(Places, AFarVertexWithoutAFaceChangesNoFeature) {
     for (std::size_t n = 0; n < meshes.size(); ++n) {
         with.push_back(with_far_vertex(meshes[n], 1e5 * (1 + 2.0 * static_cast<double>(n * n))));
     }
-    const FeatureSet plain = extracted(meshes), set = extracted(with);
+    const PlacedFeatures plain = extracted(meshes), set = extracted(with);
     EXPECT_EQ(set.places.unused_count(), 1);
     EXPECT_THAT(set.warnings, Contains(HasSubstr("1 vertices without faces get the identity and "
                                                  "have no part in alignment and scale (first: "
@@ -160,13 +160,12 @@ TEST(Places, AReferenceFarFromTheOriginIsKeptNearIt) {
     const std::vector<TriangleMesh> meshes = moving(bumpy_sphere(2));
     std::vector<TriangleMesh> far;
     for (const TriangleMesh& mesh : meshes) {
-        far.push_back(mapped(mesh, [](const Vector3d& p) -> Vector3d {
-            return p + Vector3d(5e5, 5.5e6, 100);
-        }));
+        far.push_back(mapped(
+            mesh, [](const Vector3d& p) -> Vector3d { return p + Vector3d(5e5, 5.5e6, 100); }));
     }
     for (const bool align : {true, false}) {
-        const FeatureSet set =
-            extract_features(sequence_of(far), far.front().vertices, {EdgeWeights::cotangent, align});
+        const FeatureSet set = extract_features(sequence_of(far), far.front().vertices,
+                                                {EdgeWeights::cotangent, align});
         EXPECT_THAT(set.warnings, Contains(HasSubstr("everything is kept relative to (5")));
         for (int n = 0; n < set.shape_count(); ++n) {
             const Matrix3d rotation =

@@ -9,7 +9,6 @@
 
 #include "mscomp/base/index.h"
 #include "mscomp/base/mesh_data.h"
-#include "mscomp/base/vertex_places.h"
 
 namespace mscomp {
 
@@ -25,7 +24,6 @@ struct FeatureSet {
     std::vector<float> features;     // (N,V,9)
     std::vector<float> vertices;     // (N,V,3) aligned input, unit of the input
     TriangleMesh reference;          // V positions, F faces
-    VertexPlaces places;             // where its V vertices lie on the surface
     std::vector<std::array<double, 9>>
         rotation;  // (N) row-major; aligned = rotation * input + translation
     std::vector<std::array<double, 3>> translation;  // (N)

@@ -158,11 +158,12 @@ class ConnectivityFinder {
             if (in_face[at(i)] != 0) continue;
             builder.add(vertex_place(i, fmt::format("vertex {}", i + 1)));
         }
-        builder.finish(counted(builder.count(), "vertex is", "vertices are") + " in no face",
-                       "They get no deformation, have no part in alignment, scale and measures, and "
-                       "stay where the reference has them in what is learnt. Remove them from all "
-                       "files if they are leftovers.",
-                       findings);
+        builder.finish(
+            counted(builder.count(), "vertex is", "vertices are") + " in no face",
+            "They get no deformation, have no part in alignment, scale and measures, and "
+            "stay where the reference has them in what is learnt. Remove them from all "
+            "files if they are leftovers.",
+            findings);
     }
 
     void find_components(std::vector<Finding>& findings) const {
@@ -243,11 +244,11 @@ void find_coincident(const std::vector<int>& lowest, const std::string& path,
                      .vertex = vertex,
                      .other_vertex = other + 1});
     }
-    builder.finish(counted(builder.count(), "vertex lies", "vertices lie") +
-                       " on another one in every shape",
-                   "As along a UV seam or in a triangle soup. They are one place of the surface: "
-                   "what is learnt moves them together, and files keep them apart.",
-                   findings);
+    builder.finish(
+        counted(builder.count(), "vertex lies", "vertices lie") + " on another one in every shape",
+        "As along a UV seam or in a triangle soup. They are one place of the surface: "
+        "what is learnt moves them together, and files keep them apart.",
+        findings);
 }
 
 void find_reference_geometry(const FrameMeter& meter, const std::vector<int>& face_numbers,

@@ -28,7 +28,8 @@ struct FrameFacts {
     Occurrences zero_area_faces, folded_rings, mirrored;
     double largest_stretch = 0;  // |S - I|, largest entry
     int largest_stretch_vertex = -1;
-    double sharpest_turn = 0;  // radians between the rotations of two neighbours
+    bool opens_a_pinch = false;  // there: the reference is pinched, and the shape is not
+    double sharpest_turn = 0;    // radians between the rotations of two neighbours
     int sharpest_turn_vertex = -1;
 };
 
@@ -52,6 +53,7 @@ class FrameMeter {
   private:
     void measure_gradients(const std::vector<Point>& shape, FrameFacts& facts,
                            StretchHistogram& histogram) const;
+    bool opens_a_pinch(const std::vector<Point>& shape, int vertex, double size_ratio) const;
     void measure_turns(const std::vector<Eigen::Matrix3d>& rotations, FrameFacts& facts) const;
     std::vector<double> bends(const std::vector<Point>& shape) const;
 
@@ -72,6 +74,7 @@ class FrameMeter {
     std::vector<double> reference_bends_;
     Point center_;
     double radius_;
+    double usual_width_;  // median of the rings of the reference
 };
 
 }  // namespace mscomp

@@ -240,19 +240,27 @@ class ShapeFinder {
     void find_outlier(std::vector<Finding>& findings) const {
         const StretchRange& range = report_.stretch;
         if (!is_stretch_outlier(range.largest, range.most_below)) return;
-        FindingBuilder builder(Severity::warning, "stretch_outlier");
-        std::string sentence = fmt::format(
+        FindingBuilder of_shapes(Severity::warning, "stretch_outlier");
+        FindingBuilder of_reference(Severity::warning, "reference_pinched");
+        for_each([&](const CheckedFile& file) {
+            const FrameFacts& facts = file.facts;
+            if (!is_stretch_outlier(facts.largest_stretch, range.most_below)) return;
+            (facts.opens_a_pinch ? of_reference : of_shapes)
+                .add(vertex_in(file, facts.largest_stretch_vertex,
+                               fmt::format("{:.4g} at", facts.largest_stretch)));
+        });
+        const std::string sentence = fmt::format(
             "the largest stretch is {:.4g}, but 99.9 % of the vertices stay below {:.3g}",
             range.largest, range.most_below);
-        for_each([&](const CheckedFile& file) {
-            if (!is_stretch_outlier(file.facts.largest_stretch, range.most_below)) return;
-            builder.add(vertex_in(file, file.facts.largest_stretch_vertex,
-                                  fmt::format("{:.4g} at", file.facts.largest_stretch)));
-        });
-        builder.finish(
-            std::move(sentence),
-            "One scale serves all shapes, so this vertex makes everything else small for "
-            "the network. Mend it or leave the shape out.",
+        of_shapes.finish(sentence,
+                         "One scale serves all shapes, so this vertex makes everything else small "
+                         "for the network. Mend it or leave the shape out.",
+                         findings);
+        of_reference.finish(
+            "the reference is pinched where shapes are not: " + sentence,
+            "One scale serves all shapes, so this makes everything else small for the network. "
+            "Nothing is wrong with the shapes: choose a reference that is open there with "
+            "--reference.",
             findings);
     }
 

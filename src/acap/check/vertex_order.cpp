@@ -15,11 +15,11 @@ namespace {
 // Measured on bodies, hands, faces, cloth and animals: of 20 shapes with 50 vertices shuffled in a
 // patch every one has 16 or more such vertices hanging together, as captured none more than 3. A
 // ring that got out of order is wider, too; one that is pressed flat, as at lips, is not.
-constexpr double kOutOfRing = 0.7;  // spreads
-constexpr double kWider = 1.25;     // than the reference's, beside the usual ratio of the shape
+constexpr double kOutOfRing = 0.7;      // spreads
+constexpr double kWider = 1.25;         // than the reference's, beside the usual ratio of the shape
 constexpr double kWiderThanSize = 1.5;  // the usual ratio is at most that of the sizes times this
 constexpr std::size_t kCrowd = 6;
-constexpr double kFarOut = 1.0;          // of both of two exchanged vertices
+constexpr double kFarOut = 1.0;           // of both of two exchanged vertices
 constexpr double kBeyondReference = 2.0;  // times as far out of the ring as in the reference
 constexpr std::size_t kMostExchanged = 500;
 
@@ -160,8 +160,7 @@ std::vector<char> VertexOrderTest::out_of_ring(const std::vector<Ring>& rings, d
     std::vector<char> result(rings.size(), 0);
     for (std::size_t i = 0; i < rings.size(); ++i) {
         const double offset = rings[i].offset;
-        result[i] =
-            offset > least && offset > kBeyondReference * of_reference_[i].offset ? 1 : 0;
+        result[i] = offset > least && offset > kBeyondReference * of_reference_[i].offset ? 1 : 0;
     }
     return result;
 }
@@ -171,7 +170,8 @@ double VertexOrderTest::usual_ratio(const std::vector<Ring>& rings, double size_
     std::vector<double> ratios;
     ratios.reserve(rings.size());
     for (std::size_t i = 0; i < rings.size(); ++i) {
-        if (of_reference_[i].spread > 0) ratios.push_back(rings[i].spread / of_reference_[i].spread);
+        if (of_reference_[i].spread > 0)
+            ratios.push_back(rings[i].spread / of_reference_[i].spread);
     }
     if (ratios.empty()) return size_ratio;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);

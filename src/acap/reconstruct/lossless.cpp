@@ -134,8 +134,7 @@ LosslessReconstruction& LosslessReconstruction::operator=(LosslessReconstruction
 LosslessReconstruction::~LosslessReconstruction() = default;
 
 ReconstructedShape LosslessReconstruction::solve(std::span<const float> features,
-                                                 std::span<const Point> like,
-                                                 Pieces pieces) const {
+                                                 std::span<const Point> like, Pieces pieces) const {
     const State& state = *state_;
     ReconstructedShape result;
     result.vertices = state.poisson.solve(features, like, pieces);

@@ -105,13 +105,13 @@ class GroupTree {
         const Node& node = nodes_[number];
         const Point& point = points_[at(vertex)];
         const int own = group_[at(vertex)];
-        if ((node.group == own && own != kMixed) || square_distance_to(node, point) > best.square) return;
+        if ((node.group == own && own != kMixed) || square_distance_to(node, point) > best.square)
+            return;
         if (node.left == 0) {
             for (std::size_t i = node.begin; i < node.end; ++i) {
                 const int other = order_[i];
                 if (group_[at(other)] == own && own != kMixed) continue;
-                best = std::min(best,
-                                {square_distance(point, points_[at(other)]), vertex, other});
+                best = std::min(best, {square_distance(point, points_[at(other)]), vertex, other});
             }
             return;
         }

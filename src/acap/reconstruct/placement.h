@@ -36,8 +36,9 @@ class Placement {
     /// stay. Throws MeshError if `like` has another V.
     void apply(std::span<const Point> like, std::vector<Point>& positions,
                const std::vector<char>& left_alone = {}) const;
-    /// Joins the components, given the deformation gradients T (V), and moves the whole to the centroid that it has in `like` (V), or in the reference if that is empty. With
-    /// one component the same as apply(). Throws as that does.
+    /// Joins the components, given the deformation gradients T (V), and moves the whole to the
+    /// centroid that it has in `like` (V), or in the reference if that is empty. With one component
+    /// the same as apply(). Throws as that does.
     void join(const std::vector<Eigen::Matrix3d>& gradients, std::span<const Point> like,
               std::vector<Point>& positions) const;
 

@@ -121,7 +121,7 @@ class Group {
     }
 
     const LinearPositions& positions_;
-    std::array<std::vector<Lanes<kLanes>>, kBlocks> rows_;  // (V, kLanes) each
+    std::array<std::vector<Lanes<kLanes>>, kBlocks> rows_;    // (V, kLanes) each
     std::array<std::vector<Matrix3d>, kDirections> changes_;  // (V) dT, if components are joined
 };
 

@@ -51,8 +51,10 @@ std::optional<std::int64_t> index_in(const std::string& text) {
 
 FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& reference,
                            const ExtractCommand& options) {
-    const ExtractOptions extraction{parse_edge_weights(options.weights), options.align};
-    FeatureFileWriter file(options.output, feature_outline(shapes, reference, extraction));
+    ExtractOptions extraction{parse_edge_weights(options.weights), options.align, {}};
+    extraction.places = vertex_places(shapes, reference);
+    FeatureFileWriter file(options.output, feature_outline(shapes, reference, extraction),
+                           *extraction.places);
     const auto stop_if_interrupted = [] {
         throw_if_interrupted("interrupted; nothing was written");
     };

@@ -113,10 +113,9 @@ class ShapeReconstruction {
             solved.shape.vertices = solved.poisson;
             return solved;
         }
-        solved.shape =
-            handles_.empty()
-                ? lossless_->solve(features, solved.input)
-                : lossless_->solve_by_ceres(features, handles_of(index), solved.input);
+        solved.shape = handles_.empty()
+                           ? lossless_->solve(features, solved.input)
+                           : lossless_->solve_by_ceres(features, handles_of(index), solved.input);
         solved.seconds = seconds() - between;
         return solved;
     }
@@ -132,8 +131,7 @@ class ShapeReconstruction {
         if (!options_.keep_aligned) {
             positions = unaligned(std::move(positions), set_.rotation[n], set_.translation[n]);
         }
-        const std::string path =
-            fmt::format("{}/{}.{}", options_.output, name, options_.format);
+        const std::string path = fmt::format("{}/{}.{}", options_.output, name, options_.format);
         const TriangleMesh mesh{std::move(positions), set_.reference.faces};
         write_mesh(path, mesh);
         const std::vector<Point> written = as_written(path, mesh);
@@ -149,9 +147,9 @@ class ShapeReconstruction {
         for (Handle& handle : handles) {
             const int place = set_.places.place(handle.vertex);
             if (place < 0) {
-                throw UsageError(fmt::format(
-                    "--handles: vertex {} is in no face, so nothing would follow it",
-                    handle.vertex));
+                throw UsageError(
+                    fmt::format("--handles: vertex {} is in no face, so nothing would follow it",
+                                handle.vertex));
             }
             handle.vertex = place;
         }
@@ -171,7 +169,7 @@ class ShapeReconstruction {
 
     const ReconstructCommand& options_;
     const FeatureFile& file_;
-    const FeatureSet& set_;
+    const PlacedFeatures& set_;
     TriangleMesh surface_;  // the reference on its W places
     PoissonReconstruction poisson_;
     std::optional<LosslessReconstruction> lossless_;

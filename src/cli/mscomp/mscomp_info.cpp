@@ -65,8 +65,7 @@ void run_run_info(const RunInfoOptions& options) {
     fmt::print("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
                context.train_shapes.size(),
                context.train_shapes.size() + context.test_shapes.size(), context.source,
-               context.mesh().vertex_count(),
-               context.reference.face_count());
+               context.mesh().vertex_count(), context.reference.face_count());
     for (std::size_t l = 0; l < levels.size(); ++l) {
         fmt::print("level {}: {} components ({} kept), mean support {:.1f} % of the vertices\n", l,
                    levels[l]["components"].get<int>(), levels[l]["kept"].get<int>(),
