@@ -104,7 +104,7 @@ class SurfaceRows final : public FeatureRows {
 /// Where to lay the origin: at 0, or amid a surface that float32 could not hold where it lies.
 Point origin_for(const std::vector<Point>& reference, const VertexPlaces& places) {
     const std::vector<Point> surface = places.of_places(std::span(reference));
-    return distance_from_origin(surface) > kFarFromOrigin ? centroid(surface) : Point{};
+    return distance_from_origin(surface) > kFarFromOrigin ? mean_point(surface) : Point{};
 }
 
 std::vector<float> to_floats(const std::vector<Point>& points) {

@@ -30,7 +30,7 @@ constexpr double kContinues = 0.5;   // of the length of an edge, for one on the
 constexpr double kBeside = 1.2;      // median lengths to whoever sits where a neighbour belongs
 constexpr std::size_t kTornEdges = 8;
 
-double distance(const Point& a, const Point& b) { return std::sqrt(square_distance(a, b)); }
+double length_between(const Point& a, const Point& b) { return std::sqrt(square_distance(a, b)); }
 
 /// An edge that is far longer than those around its ends.
 struct Torn {
@@ -79,7 +79,7 @@ class Tears {
             });
         }
     }
-    double length(int i, int j) const { return distance(shape_[at(i)], shape_[at(j)]); }
+    double length(int i, int j) const { return length_between(shape_[at(i)], shape_[at(j)]); }
 
     /// (V) median length of the edges at every vertex.
     std::vector<double> usual_lengths() const {
@@ -101,7 +101,7 @@ class Tears {
     /// surface is stretched that goes on.
     bool is_torn(int i, int j) const {
         const double own = length(i, j);
-        const double before = distance(reference_[at(i)], reference_[at(j)]);
+        const double before = length_between(reference_[at(i)], reference_[at(j)]);
         if (!(before > 0) || !(own > kTorn * usual_[at(i)])) return false;
         const Point along = minus(reference_[at(j)], reference_[at(i)]);
         bool goes_on = false;
@@ -151,7 +151,7 @@ std::vector<VertexOrderTest::Ring> VertexOrderTest::rings_of(
             squares += square_distance(shape[at(rings_.neighbors[k])], ring.center);
         }
         ring.spread = std::sqrt(squares / degree);
-        if (ring.spread > 0) ring.offset = distance(shape[i], ring.center) / ring.spread;
+        if (ring.spread > 0) ring.offset = length_between(shape[i], ring.center) / ring.spread;
     }
     return result;
 }
@@ -214,7 +214,7 @@ int VertexOrderTest::first_exchanged(const std::vector<Ring>& rings,
         if (is_out[i] != 0) out.push_back(i);
     }
     const auto sits_in = [&](std::size_t i, std::size_t ring) {
-        return distance(shape[i], rings[ring].center) <= rings[ring].spread;
+        return length_between(shape[i], rings[ring].center) <= rings[ring].spread;
     };
     for (std::size_t a = 0; a < out.size(); ++a) {
         for (std::size_t b = a + 1; b < out.size(); ++b) {

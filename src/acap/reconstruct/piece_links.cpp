@@ -15,11 +15,11 @@ namespace mscomp {
 namespace {
 
 /// A link with its squared length; the lesser one is taken.
-struct Candidate {
+struct CandidateLink {
     double square = std::numeric_limits<double>::infinity();
     int from = -1, to = -1;
 
-    bool operator<(const Candidate& other) const {
+    bool operator<(const CandidateLink& other) const {
         return std::tie(square, from, to) < std::tie(other.square, other.from, other.to);
     }
 };
@@ -40,7 +40,7 @@ class GroupTree {
     }
     /// Replaces `best` by the link from `vertex` to another group if that is less. As long as no
     /// groups are set, all in the tree are of another one than vertices beside it.
-    void improve(int vertex, Candidate& best) const { improve(0, vertex, best); }
+    void improve(int vertex, CandidateLink& best) const { improve(0, vertex, best); }
 
   private:
     static constexpr std::size_t kLeaf = 8;
@@ -101,7 +101,7 @@ class GroupTree {
         return square_distance(nearest, point);
     }
 
-    void improve(std::size_t number, int vertex, Candidate& best) const {
+    void improve(std::size_t number, int vertex, CandidateLink& best) const {
         const Node& node = nodes_[number];
         const Point& point = points_[at(vertex)];
         const int own = group_[at(vertex)];
@@ -129,9 +129,9 @@ class GroupTree {
 };
 
 /// Which pieces hang together already.
-class Groups {
+class PieceGroups {
   public:
-    explicit Groups(int count) : parent_(at(count)) {
+    explicit PieceGroups(int count) : parent_(at(count)) {
         std::iota(parent_.begin(), parent_.end(), 0);
     }
     int find(int piece) {
@@ -159,18 +159,18 @@ std::vector<PieceLink> shortest_links(const std::vector<Point>& points,
     std::vector<int> all(points.size());
     std::iota(all.begin(), all.end(), 0);
     GroupTree tree(points, std::move(all));
-    Groups groups(count);
+    PieceGroups groups(count);
     std::vector<PieceLink> links;
     while (static_cast<int>(links.size()) + 1 < count) {
         std::vector<int> group(piece.size());
         for (std::size_t v = 0; v < piece.size(); ++v) group[v] = groups.find(piece[v]);
         tree.set_groups(group);
-        std::vector<Candidate> best(at(count));
+        std::vector<CandidateLink> best(at(count));
         for (std::size_t v = 0; v < piece.size(); ++v) {
             tree.improve(static_cast<int>(v), best[at(group[v])]);
         }
         std::sort(best.begin(), best.end());
-        for (const Candidate& link : best) {
+        for (const CandidateLink& link : best) {
             if (link.from < 0 || !groups.join(piece[at(link.from)], piece[at(link.to)])) continue;
             links.push_back({link.from, link.to});
         }
@@ -192,7 +192,7 @@ class Linker {
         const GroupTree& tree = tree_of(to_is_smaller ? from : to);
         std::vector<PieceLink> links;
         for (const int v : vertices_[at(to_is_smaller ? to : from)]) {
-            Candidate nearest;
+            CandidateLink nearest;
             tree.improve(v, nearest);
             links.push_back(to_is_smaller ? PieceLink{nearest.to, v} : PieceLink{v, nearest.to});
         }
