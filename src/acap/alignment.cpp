@@ -7,7 +7,7 @@
 namespace mscomp {
 namespace {
 
-Eigen::Vector3d centroid(const std::vector<Point>& points) {
+Eigen::Vector3d mean_vector(const std::vector<Point>& points) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const Point& point : points) sum += as_vector(point);
     return sum / static_cast<double>(points.size());
@@ -15,8 +15,17 @@ Eigen::Vector3d centroid(const std::vector<Point>& points) {
 
 }  // namespace
 
+Point mean_point(std::span<const Point> points) {
+    Point sum{};
+    for (const Point& point : points) {
+        for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += point[axis];
+    }
+    for (double& x : sum) x /= static_cast<double>(points.size());
+    return sum;
+}
+
 RigidMotion best_rigid_motion(const std::vector<Point>& points, const std::vector<Point>& target) {
-    const Eigen::Vector3d from = centroid(points), to = centroid(target);
+    const Eigen::Vector3d from = mean_vector(points), to = mean_vector(target);
     // Columns apart: the compiler then keeps them in registers.
     Eigen::Vector3d first = Eigen::Vector3d::Zero(), second = first, third = first;
     for (std::size_t i = 0; i < points.size(); ++i) {

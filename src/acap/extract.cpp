@@ -8,23 +8,23 @@
 #include <mutex>
 #include <utility>
 
+#include "acap/mesh/float_range.h"
 #include "acap/turns/consistency.h"
 #include "acap/turns/neighbor_starts.h"
+#include "coincident_vertices.h"
 #include "deformation_gradient.h"
+#include "extract_warnings.h"
 #include "feature_format.h"
-#include "float_range.h"
+#include "mscomp/acap/alignment.h"
+#include "mscomp/acap/shape_outliers.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/points.h"
 #include "shape_extraction.h"
 
 namespace mscomp {
 namespace {
-
-struct ShapeOddities {
-    Occurrences zero_area_faces, folded_rings, mirrored;
-    bool far_from_origin = false;
-};
 
 /// Tells the caller, one call at a time, how many of the shapes are done.
 class Progress {
@@ -65,61 +65,55 @@ void check_faces(const ShapeSource& source, const std::vector<Point>& reference)
     }
 }
 
-/// Faces as their file counts them (from 0), instead of triangles.
-Occurrences in_file(Occurrences faces, const std::vector<int>& face_numbers) {
-    if (faces.count > 0 && !face_numbers.empty()) faces.first = face_numbers[at(faces.first)] - 1;
-    return faces;
-}
+/// Rows of the W places of a surface, put into those of its V vertices.
+class SurfaceRows final : public FeatureRows {
+  public:
+    SurfaceRows(FeatureRows& rows, const VertexPlaces& places, std::size_t vertex_count)
+        : rows_(rows), places_(places), vertex_count_(vertex_count) {}
 
-/// Places count from 1, as in mesh files.
-void warn_of_reference(const DeformationGradients& gradients, const std::vector<int>& face_numbers,
-                       std::vector<std::string>& warnings) {
-    const auto warn = [&](const Occurrences& found, const char* what, const char* kind) {
-        if (found.count == 0) return;
-        warnings.push_back(fmt::format("reference: {} {} (first: {} {})", found.count, what, kind,
-                                       found.first + 1));
-    };
-    warn(in_file(gradients.zero_area_faces(), face_numbers), "faces without area carry no weight",
-         "face");
-    warn(gradients.isolated_vertices(), "vertices without faces get the identity", "vertex");
-    warn(gradients.folded_rings(),
-         "rings whose normals cancel use the direction of their least spread", "vertex");
-    warn(gradients.degenerate_rings(), "rings without width take the mean of their neighbours",
-         "vertex");
-}
-
-/// One sentence for all shapes together: totals, and where it happened first, from 1.
-void warn_of_shapes(const std::vector<ShapeOddities>& shapes, const FeatureSet& set,
-                    Occurrences ShapeOddities::*member, const char* what, const char* kind,
-                    std::vector<std::string>& warnings) {
-    std::int64_t total = 0;
-    Occurrences affected;
-    for (std::size_t n = 0; n < shapes.size(); ++n) {
-        const int count = (shapes[n].*member).count;
-        total += count;
-        if (count > 0) affected.add(static_cast<int>(n));
+    /// Vertices are put whole: coincident ones keep what float32 tells apart.
+    void put_vertices(int shape, std::span<const float> row) override {
+        rows_.put_vertices(shape, row);
     }
-    if (total == 0) return;
-    const auto first = at(affected.first);
-    warnings.push_back(fmt::format("{} {} in {} of {} shapes (first: {} {} of '{}')", total, what,
-                                   affected.count, shapes.size(), kind,
-                                   (shapes[first].*member).first + 1, set.names[first]));
+    void put_features(int shape, std::span<const float> row) override {
+        std::vector<float> all = reference_features();
+        places_.to_vertices(row, std::span(all), kFeatureDim);
+        rows_.put_features(shape, all);
+    }
+    void get_features(int shape, std::span<float> row) const override {
+        std::vector<float> all(vertex_count_ * kFeatureDim);
+        rows_.get_features(shape, all);
+        std::ranges::copy(places_.of_places(std::span<const float>(all), kFeatureDim), row.begin());
+    }
+
+  private:
+    std::vector<float> reference_features() const {
+        std::vector<float> all;
+        all.reserve(vertex_count_ * kFeatureDim);
+        for (std::size_t v = 0; v < vertex_count_; ++v) {
+            all.insert(all.end(), kReferenceFeature.begin(), kReferenceFeature.end());
+        }
+        return all;
+    }
+
+    FeatureRows& rows_;
+    const VertexPlaces& places_;
+    std::size_t vertex_count_;
+};
+
+/// Where to lay the origin: at 0, or amid a surface that float32 could not hold where it lies.
+Point origin_for(const std::vector<Point>& reference, const VertexPlaces& places) {
+    const std::vector<Point> surface = places.of_places(std::span(reference));
+    return distance_from_origin(surface) > kFarFromOrigin ? mean_point(surface) : Point{};
 }
 
-bool is_far_from_origin(const std::vector<Point>& shape) {
-    return distance_from_origin(shape) > kFarFromOrigin;
-}
-
-void warn_of_far_shapes(const std::vector<ShapeOddities>& shapes, const FeatureSet& set,
-                        std::vector<std::string>& warnings) {
-    const auto is_far = [](const ShapeOddities& shape) { return shape.far_from_origin; };
-    const auto first = std::ranges::find_if(shapes, is_far);
-    if (first == shapes.end()) return;
-    warnings.push_back(fmt::format(
-        "{} of {} shapes lie over {} times their size from the origin (first: '{}'); float32 keeps "
-        "few digits of such positions: move all meshes to the origin first",
-        std::ranges::count_if(shapes, is_far), shapes.size(), kFarFromOrigin,
-        set.names[at(first - shapes.begin())]));
+std::vector<float> to_floats(const std::vector<Point>& points) {
+    std::vector<float> result;
+    result.reserve(3 * points.size());
+    for (const Point& point : points) {
+        for (const double x : point) result.push_back(static_cast<float>(x));
+    }
+    return result;
 }
 
 /// The work on one set. Memory is what the shared part takes and one shape per thread, whatever N:
@@ -127,16 +121,18 @@ void warn_of_far_shapes(const std::vector<ShapeOddities>& shapes, const FeatureS
 /// is relative to each component of r, so it keeps the axes of small rotations, too.
 class Extraction {
   public:
-    Extraction(const ShapeSource& source, const ExtractOptions& options, FeatureSet& set,
-               FeatureRows& rows, Progress& progress)
+    /// `origin`: where the origin of `set` lies in the input.
+    Extraction(const ShapeSource& source, const ExtractOptions& options, const Point& origin,
+               PlacedFeatures& set, FeatureRows& rows, Progress& progress)
         : source_(source),
           align_(options.align),
           set_(set),
-          rows_(rows),
+          surface_rows_(rows, set.places, set.reference.vertices.size()),
+          rows_(set.places.are_all_vertices() ? rows : surface_rows_),
           progress_(progress),
-          gradients_(set.reference, options.weights),
-          face_numbers_(source.face_numbers()),
-          far_from_origin_(align_ && is_far_from_origin(set.reference.vertices)),
+          origin_(origin),
+          gradients_(set.places.surface(set.reference), options.weights),
+          outliers_(gradients_.reference(), set.shape_count()),
           oddities_(set.names.size()),
           summaries_(set.names.size()) {}
 
@@ -148,15 +144,28 @@ class Extraction {
         });
         improve_from_neighbors(graph, rows_, summaries_, [&] { progress_.step(); });
         store_summaries();
-        warn();
+        if (origin_ != Point{}) warn_of_moved_origin(origin_, set_);
+        warn_of_oddities(gradients_, oddities_, source_.face_numbers(), set_);
+        const std::vector<std::string> outliers = outliers_.warnings(set_.names);
+        set_.warnings.insert(set_.warnings.end(), outliers.begin(), outliers.end());
     }
 
   private:
+    std::size_t place_count() const { return gradients_.reference().vertices.size(); }
+
+    /// How the input gets to where it is kept.
+    RigidMotion motion_of(const std::vector<Point>& surface) const {
+        if (align_) return best_rigid_motion(surface, gradients_.reference().vertices);
+        RigidMotion motion;
+        motion.translation = -as_vector(origin_);
+        return motion;
+    }
+
     /// Principal logarithms and S of all shapes. Returns the root mean square rotation angle of
     /// every vertex over the shapes: how little it turns.
     std::vector<double> extract_shapes() {
-        const auto vertex_count = set_.reference.vertices.size();
-        std::vector<double> sum(vertex_count, 0.0);
+        const std::size_t count_of_places = place_count();
+        std::vector<double> sum(count_of_places, 0.0);
         // Added in the order of the shapes, so the size of the chunks changes no bit.
         const Chunks chunks{set_.shape_count(), 8 * static_cast<std::int64_t>(thread_count())};
         std::vector<std::vector<double>> squares(at(chunks.size));
@@ -168,29 +177,33 @@ class Extraction {
             });
             for (std::int64_t i = 0; i < count; ++i) {
                 const std::vector<double>& shape = squares[at(i)];
-                for (std::size_t v = 0; v < vertex_count; ++v) sum[v] += shape[v];
+                for (std::size_t v = 0; v < count_of_places; ++v) sum[v] += shape[v];
             }
         }
         for (double& value : sum) value = std::sqrt(value / static_cast<double>(chunks.total));
         return sum;
     }
 
-    /// Returns the squared rotation angle of every vertex.
+    /// Returns the squared rotation angle of every place.
     std::vector<double> extract(int index) {
         const auto n = at(index);
         const std::vector<Point> input = source_.shape(index);
         check_size(set_.names[n], input.size(), set_.reference.vertices);
-        const ExtractedShape shape =
-            extract_shape(gradients_, set_.reference.vertices, input, align_);
+        const RigidMotion motion = motion_of(set_.places.of_places(std::span(input)));
         using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-        Eigen::Map<RowMajor>(set_.rotation[n].data()) = shape.motion.rotation;
-        Eigen::Map<Eigen::Vector3d>(set_.translation[n].data()) = shape.motion.translation;
-        oddities_[n] = {in_file(shape.zero_area_faces, face_numbers_), shape.folded_rings,
-                        shape.mirrored, far_from_origin_ || (!align_ && is_far_from_origin(input))};
-        rows_.put_vertices(index, shape.vertices);
+        Eigen::Map<RowMajor>(set_.rotation[n].data()) = motion.rotation;
+        Eigen::Map<Eigen::Vector3d>(set_.translation[n].data()) = motion.translation;
+        const bool stays = !align_ && origin_ == Point{};
+        const std::vector<Point> aligned = stays ? input : moved(input, motion);
+        const std::vector<Point> surface = set_.places.of_places(std::span(aligned));
+        const ExtractedShape shape = extract_shape(gradients_, surface);
+        oddities_[n] = {shape.zero_area_faces, shape.folded_rings, shape.mirrored,
+                        !align_ && distance_from_origin(surface) > kFarFromOrigin};
+        outliers_.look_at(index, surface, shape.features);
+        rows_.put_vertices(index, to_floats(aligned));
         rows_.put_features(index, shape.features);
         std::vector<double> squares;
-        squares.reserve(input.size());
+        squares.reserve(surface.size());
         for (const Eigen::Vector3d& r : rotation_vectors_of(shape.features)) {
             squares.push_back(r.squaredNorm());
         }
@@ -198,7 +211,7 @@ class Extraction {
     }
 
     void choose_turns(const ConsistencyGraph& graph, int index) {
-        std::vector<float> row(set_.reference.vertices.size() * kFeatureDim);
+        std::vector<float> row(place_count() * kFeatureDim);
         rows_.get_features(index, row);
         std::vector<Eigen::Vector3d> rotation_vectors = rotation_vectors_of(row);
         summaries_[at(index)] = make_consistent(graph, rotation_vectors);
@@ -221,37 +234,47 @@ class Extraction {
         }
     }
 
-    void warn() {
-        warn_of_reference(gradients_, face_numbers_, set_.warnings);
-        warn_of_shapes(oddities_, set_, &ShapeOddities::zero_area_faces, "faces without area",
-                       "face", set_.warnings);
-        warn_of_shapes(oddities_, set_, &ShapeOddities::folded_rings, "rings whose normals cancel",
-                       "vertex", set_.warnings);
-        warn_of_shapes(oddities_, set_, &ShapeOddities::mirrored,
-                       "vertices are mirrored (det T < 0: S has a negative eigenvalue)", "vertex",
-                       set_.warnings);
-        warn_of_far_shapes(oddities_, set_, set_.warnings);
-    }
-
     const ShapeSource& source_;
     bool align_;
-    FeatureSet& set_;
-    FeatureRows& rows_;
+    PlacedFeatures& set_;
+    SurfaceRows surface_rows_;
+    FeatureRows& rows_;  // of the places
     Progress& progress_;
-    DeformationGradients gradients_;
-    std::vector<int> face_numbers_;              // of the triangles in their file, or empty
-    bool far_from_origin_;                       // where all shapes are moved to
+    Point origin_;                    // 0, or amid a reference that is far away
+    DeformationGradients gradients_;  // of the surface
+    ShapeOutliers outliers_;
     std::vector<ShapeOddities> oddities_;        // (N)
     std::vector<ConsistencySummary> summaries_;  // (N)
 };
 
 }  // namespace
 
-FeatureSet feature_outline(const ShapeSource& source, const std::vector<Point>& reference,
-                           const ExtractOptions& options) {
-    FeatureSet set;
+VertexPlaces vertex_places(const ShapeSource& source, const std::vector<Point>& reference) {
+    check_faces(source, reference);
+    CoincidentVertices coincident({reference, source.faces()});
+    const Chunks portions{source.shape_count(), 4 * thread_count()};
+    for (std::int64_t portion = 0; portion < portions.count() && coincident.any(); ++portion) {
+        const std::int64_t begin = portions.begin(portion);
+        parallel_for(portions.end(portion) - begin, [&](std::int64_t k) {
+            const auto index = static_cast<int>(begin + k);
+            const std::vector<Point> shape = source.shape(index);
+            check_size(source.names()[at(index)], shape.size(), reference);
+            coincident.keep(shape);
+        });
+    }
+    return {coincident.lowest(), source.faces()};
+}
+
+PlacedFeatures feature_outline(const ShapeSource& source, const std::vector<Point>& reference,
+                               const ExtractOptions& options) {
+    PlacedFeatures set;
     set.names = source.names();
     set.reference = {reference, source.faces()};
+    set.places = options.places ? *options.places : vertex_places(source, reference);
+    const Point origin = origin_for(reference, set.places);
+    if (origin != Point{}) {
+        for (Point& point : set.reference.vertices) point = minus(point, origin);
+    }
     set.weights = to_string(options.weights);
     set.rotation.resize(set.names.size());
     set.translation.resize(set.names.size());
@@ -261,30 +284,30 @@ FeatureSet feature_outline(const ShapeSource& source, const std::vector<Point>& 
     return set;
 }
 
-FeatureSet extract_features(const ShapeSource& source, const std::vector<Point>& reference,
-                            const ExtractOptions& options, FeatureRows& rows,
-                            const ExtractProgress& progress) {
+PlacedFeatures extract_features(const ShapeSource& source, const std::vector<Point>& reference,
+                                const ExtractOptions& options, FeatureRows& rows,
+                                const ExtractProgress& progress) {
     if (source.shape_count() > 0) {
         check_size(source.names()[0], at(source.vertex_count()), reference);
     }
     check_faces(source, reference);
-    if (is_too_small_for_float(reference)) {
+    PlacedFeatures set = feature_outline(source, reference, options);
+    if (is_too_small_for_float(set.places.surface(set.reference).vertices)) {
         throw MeshError("the reference is too small for float32; scale all meshes up");
     }
-    FeatureSet set = feature_outline(source, reference, options);
     Progress steps(progress, source.shape_count());
-    Extraction(source, options, set, rows, steps).run();
+    Extraction(source, options, origin_for(reference, set.places), set, rows, steps).run();
     return set;
 }
 
-FeatureSet extract_features(const MeshSequence& sequence, const std::vector<Point>& reference,
-                            const ExtractOptions& options, const ExtractProgress& progress) {
+PlacedFeatures extract_features(const MeshSequence& sequence, const std::vector<Point>& reference,
+                                const ExtractOptions& options, const ExtractProgress& progress) {
     const auto values = sequence.shapes.size() * reference.size();
     FeatureSet set;
     set.features.resize(values * kFeatureDim);
     set.vertices.resize(values * 3);
     MemoryRows rows(set);
-    FeatureSet result =
+    PlacedFeatures result =
         extract_features(SequenceSource(sequence), reference, options, rows, progress);
     result.features = std::move(set.features);
     result.vertices = std::move(set.vertices);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -51,7 +52,7 @@ class OutlineReader {
   public:
     explicit OutlineReader(const SafetensorsFile& file) : file_(file) {}
 
-    FeatureSet read() {
+    PlacedFeatures read() {
         check_metadata();
         file_.data<float>("features", {-1, -1, kFeatureDim});
         count_ = file_.shape("features")[0];
@@ -62,10 +63,11 @@ class OutlineReader {
                              count_, vertex_count_));
         }
         file_.data<float>("vertices", {count_, vertex_count_, 3});
-        FeatureSet set;
+        PlacedFeatures set;
         set.reference.vertices =
             rows_of<double, 3>(file_.data<double>("reference", {vertex_count_, 3}));
         set.reference.faces = read_faces();
+        set.places = read_places(set.reference);
         set.rotation = rows_of<double, 9>(file_.data<double>("rotation", {count_, 3, 3}));
         set.translation = rows_of<double, 3>(file_.data<double>("translation", {count_, 3}));
         for (const PerShapeNumber& number : kPerShapeNumbers) {
@@ -110,6 +112,21 @@ class OutlineReader {
             }
         }
         return faces;
+    }
+
+    /// Files of other programs do not say which vertices coincide, but which are in no face.
+    VertexPlaces read_places(const TriangleMesh& reference) const {
+        if (!file_.contains("place")) {
+            std::vector<int> own(reference.vertices.size());
+            std::iota(own.begin(), own.end(), 0);
+            return {own, reference.faces};
+        }
+        const std::span<const int> place = file_.data<int>("place", {vertex_count_});
+        try {
+            return VertexPlaces::from_stored({place.begin(), place.end()}, reference.faces);
+        } catch (const MeshError& error) {
+            fail(error.what());
+        }
     }
 
     std::vector<std::string> read_names() const {
@@ -171,7 +188,7 @@ struct FeatureFile::State {
     }
 
     SafetensorsFile file;
-    FeatureSet outline;
+    PlacedFeatures outline;
     std::span<const float> features, vertices;
 };
 
@@ -181,7 +198,7 @@ FeatureFile& FeatureFile::operator=(FeatureFile&&) noexcept = default;
 FeatureFile::~FeatureFile() = default;
 
 const std::string& FeatureFile::path() const { return state_->file.path(); }
-const FeatureSet& FeatureFile::outline() const { return state_->outline; }
+const PlacedFeatures& FeatureFile::outline() const { return state_->outline; }
 std::string FeatureFile::data_hash() const {
     const auto found = state_->file.metadata().find("xxh3");
     return found == state_->file.metadata().end() ? std::string() : found->second;
@@ -198,9 +215,9 @@ void FeatureFile::forget(int index) const {
     state_->forget_around(state_->vertices, index);
 }
 
-FeatureSet read_features(const std::string& path) {
+PlacedFeatures read_features(const std::string& path) {
     const FeatureFile file(path);
-    FeatureSet set = file.outline();
+    PlacedFeatures set = file.outline();
     const auto count = at(file.shape_count());
     set.features.reserve(count * file.shape(0).size());
     set.vertices.reserve(count * file.vertices(0).size());

@@ -21,7 +21,7 @@ using Tensors = std::vector<SafetensorsPieceWriter::Tensor>;
 /// Warnings are known when all rows are written, behind the header that holds them.
 constexpr std::size_t kWarningBytes = 64 * 1024;
 
-Tensors tensors_of(const FeatureSet& outline) {
+Tensors tensors_of(const FeatureSet& outline, const VertexPlaces& places) {
     const std::int64_t count = outline.shape_count(), vertices = outline.vertex_count();
     Tensors tensors{{"features", DataType::f32, {count, vertices, kFeatureDim}},
                     {"vertices", DataType::f32, {count, vertices, 3}},
@@ -29,6 +29,7 @@ Tensors tensors_of(const FeatureSet& outline) {
                     {"rotation", DataType::f64, {count, 3, 3}},
                     {"translation", DataType::f64, {count, 3}},
                     {"faces", DataType::i32, {outline.reference.face_count(), 3}}};
+    if (!places.are_all_vertices()) tensors.push_back({"place", DataType::i32, {vertices}});
     for (const PerShapeNumber& number : kPerShapeNumbers) {
         if ((outline.*number.member).empty()) continue;
         tensors.push_back({number.name, DataType::f64, {count}});
@@ -49,11 +50,11 @@ Metadata metadata_of(const FeatureSet& outline) {
 }  // namespace
 
 struct FeatureFileWriter::State {
-    State(const std::string& file, const FeatureSet& outline)
+    State(const std::string& file, const FeatureSet& outline, const VertexPlaces& places)
         : path(file),
           count(outline.shape_count()),
           vertex_count(outline.vertex_count()),
-          writer(file, tensors_of(outline), metadata_of(outline), kWarningBytes) {}
+          writer(file, tensors_of(outline, places), metadata_of(outline), kWarningBytes) {}
 
     /// All of a tensor, or the row of one shape.
     template <class T>
@@ -113,10 +114,13 @@ struct FeatureFileWriter::State {
     SafetensorsPieceWriter writer;
 };
 
-FeatureFileWriter::FeatureFileWriter(const std::string& path, const FeatureSet& outline)
-    : state_(std::make_unique<State>(path, outline)) {
+FeatureFileWriter::FeatureFileWriter(const std::string& path, const FeatureSet& outline,
+                                     const VertexPlaces& places)
+    : state_(std::make_unique<State>(path, outline, places)) {
     state_->write_all("reference", flat(outline.reference.vertices), {state_->vertex_count, 3});
     state_->writer.write("faces", 0, flat(outline.reference.faces));
+    if (places.are_all_vertices()) return;
+    state_->writer.write("place", 0, std::span<const int>(places.place_of_vertex()));
 }
 FeatureFileWriter::~FeatureFileWriter() = default;
 
@@ -143,12 +147,12 @@ void FeatureFileWriter::finish(const FeatureSet& set) {
     state_->writer.finish(state_->warnings_that_fit(set.warnings));
 }
 
-void write_features(const std::string& path, const FeatureSet& set) {
+void write_features(const std::string& path, const FeatureSet& set, const VertexPlaces& places) {
     const auto wanted = at(set.shape_count()) * set.reference.vertices.size();
     if (set.features.size() != wanted * kFeatureDim || set.vertices.size() != wanted * 3) {
         throw std::logic_error("features or vertices of another size than names and reference say");
     }
-    FeatureFileWriter writer(path, set);
+    FeatureFileWriter writer(path, set, places);
     const std::span<const float> vertices(set.vertices);
     const std::size_t width = set.reference.vertices.size() * 3;
     for (int n = 0; n < set.shape_count(); ++n) {

@@ -47,28 +47,19 @@ void store_logarithms(std::span<const PolarDecomposition> polar, float* features
 }  // namespace
 
 ExtractedShape extract_shape(const DeformationGradients& gradients,
-                             const std::vector<Point>& reference, const std::vector<Point>& shape,
-                             bool align) {
+                             const std::vector<Point>& shape) {
     ExtractedShape result;
-    if (align) result.motion = best_rigid_motion(shape, reference);
-    const std::vector<Point> aligned = align ? moved(shape, result.motion) : shape;
-    result.vertices.resize(aligned.size() * 3);
-    for (std::size_t i = 0; i < aligned.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            result.vertices[3 * i + k] = static_cast<float>(aligned[i][k]);
-        }
-    }
-    const RingNormals directions = gradients.directions(aligned);
+    const RingNormals directions = gradients.directions(shape);
     result.zero_area_faces = directions.zero_area_faces;
     result.folded_rings = directions.folded_rings;
-    result.features.resize(aligned.size() * kFeatureDim);
+    result.features.resize(shape.size() * kFeatureDim);
     // Few enough at a time to stay in the nearest cache between the steps.
     constexpr std::size_t kBlock = 64;
     std::array<Eigen::Matrix3d, kBlock> block;
     std::array<PolarDecomposition, kBlock> polar;
-    for (std::size_t first = 0; first < aligned.size(); first += kBlock) {
-        const std::size_t count = std::min(kBlock, aligned.size() - first);
-        gradients.compute(aligned, directions, first, std::span(block).first(count));
+    for (std::size_t first = 0; first < shape.size(); first += kBlock) {
+        const std::size_t count = std::min(kBlock, shape.size() - first);
+        gradients.compute(shape, directions, first, std::span(block).first(count));
         polar_decompositions(block, std::span(polar).first(count));
         float* features = result.features.data() + first * kFeatureDim;
         store_logarithms(std::span(polar).first(count), features);

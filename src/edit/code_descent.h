@@ -11,12 +11,11 @@
 namespace mscomp {
 
 /// |R F(Dec(z)) - P|² scale² / 3V + prior² Σ_k stiffness_k (z_k - start_k)² / K, both F and P with
-/// the centroid of every connected component at 0, R the best rotation.
+/// the centroid at 0, R the best rotation.
 struct CodeObjective {
     CodePositions codes;
-    std::vector<int> component;  // (V)
-    double scale = 1;            // makes the reference fit the unit ball
-    Eigen::VectorXd stiffness;   // (K) 1 / deviation²
+    double scale = 1;           // makes the reference fit the unit ball
+    Eigen::VectorXd stiffness;  // (K) 1 / deviation²
     VertexFitOptions options;
 };
 

@@ -23,47 +23,10 @@ std::vector<T> gathered(std::span<const T> all, std::span<const int> which) {
     return result;
 }
 
-/// Connected components (V), those without one of `vertices` joined to the first that has one.
-std::vector<int> groups_of(const std::vector<int>& component, std::span<const int> vertices) {
-    std::vector<char> is_known(component.size(), 0);
-    int first = -1;
-    for (const int v : vertices) {
-        const int c = component[at(v)];
-        is_known[at(c)] = 1;
-        if (first < 0 || c < first) first = c;
-    }
-    std::vector<int> result = component;
-    for (int& c : result) {
-        if (is_known[at(c)] == 0) c = first;
-    }
-    return result;
-}
-
-/// Centroids of groups of points; 0 for a group without points.
-std::vector<Point> centroids(const std::vector<Point>& points, const std::vector<int>& group) {
-    std::vector<Point> result;
-    std::vector<int> sizes;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto c = at(group[i]);
-        if (c >= result.size()) {
-            result.resize(c + 1, Point{});
-            sizes.resize(c + 1, 0);
-        }
-        ++sizes[c];
-        for (std::size_t axis = 0; axis < 3; ++axis) result[c][axis] += points[i][axis];
-    }
-    for (std::size_t c = 0; c < result.size(); ++c) {
-        for (double& x : result[c]) x /= std::max(sizes[c], 1);
-    }
-    return result;
-}
-
-/// Adds sign times what `centers` has for its group to every point.
-void translate(std::vector<Point>& points, const std::vector<int>& group,
-               const std::vector<Point>& centers, double sign) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const Point& center = centers[at(group[i])];
-        for (std::size_t axis = 0; axis < 3; ++axis) points[i][axis] += sign * center[axis];
+/// Adds sign times `step` to every point.
+void translate(std::vector<Point>& points, const Point& step, double sign) {
+    for (Point& point : points) {
+        for (std::size_t axis = 0; axis < 3; ++axis) point[axis] += sign * step[axis];
     }
 }
 
@@ -73,13 +36,11 @@ CodeTrials::CodeTrials(const CodeObjective& objective, std::span<const Point> tr
                        std::span<const float> start, const FitSubset& subset)
     : objective_(objective),
       subset_(subset),
-      group_(groups_of(objective.component, subset.vertices)),
-      known_group_(gathered(std::span<const int>(group_), subset.vertices)),
       start_(start.begin(), start.end()),
       truth_(gathered(truth, subset.vertices)),
-      truth_centers_(centroids(truth_, known_group_)),
+      truth_center_(mean_point(truth_)),
       stiffness_(objective.stiffness(subset.codes)) {
-    translate(truth_, known_group_, truth_centers_, -1);
+    translate(truth_, truth_center_, -1);
 }
 
 Trial CodeTrials::first() const {
@@ -110,7 +71,7 @@ NormalEquations CodeTrials::normal_equations(const Trial& trial) const {
 
 std::vector<Point> CodeTrials::placed(const Trial& trial) const {
     std::vector<Point> result = moved(trial.positions, best_rigid_motion(trial.known, truth_));
-    translate(result, group_, truth_centers_, 1);
+    translate(result, truth_center_, 1);
     return result;
 }
 
@@ -133,22 +94,23 @@ VectorXd CodeTrials::departure(const std::vector<float>& codes) const {
     return result;
 }
 
-/// Derivatives of the known vertices (codes,vertices,3), the centroids at 0.
+/// Derivatives of the known vertices (codes,vertices,3), their centroid at 0.
 std::vector<double> CodeTrials::derivatives(const Trial& trial) const {
     std::vector<double> all =
         objective_.codes.derivatives(trial.codes, trial.features, subset_.codes);
-    // The solvers leave the centroids of whole components where they are.
-    if (subset_.vertices.size() == group_.size()) return all;
+    // They leave the centroid of all vertices where it is.
+    const auto vertex_count = at(objective_.codes.vertex_count());
+    if (subset_.vertices.size() == vertex_count) return all;
     std::vector<double> result;
     result.reserve(subset_.codes.size() * subset_.vertices.size() * 3);
-    const std::size_t width = 3 * group_.size();
+    const std::size_t width = 3 * vertex_count;
     for (std::size_t k = 0; k < subset_.codes.size(); ++k) {
         std::vector<Point> column;
         for (const int v : subset_.vertices) {
             const double* p = &all[k * width + 3 * at(v)];
             column.push_back({p[0], p[1], p[2]});
         }
-        translate(column, known_group_, centroids(column, known_group_), -1);
+        translate(column, mean_point(column), -1);
         for (const Point& p : column) result.insert(result.end(), p.begin(), p.end());
     }
     return result;
@@ -158,9 +120,9 @@ std::vector<double> CodeTrials::derivatives(const Trial& trial) const {
 void CodeTrials::compare(Trial& trial) const {
     trial.positions = objective_.codes.positions(trial.features, {});
     trial.known = gathered(std::span<const Point>(trial.positions), subset_.vertices);
-    const std::vector<Point> centers = centroids(trial.known, known_group_);
-    translate(trial.positions, group_, centers, -1);
-    translate(trial.known, known_group_, centers, -1);
+    const Point center = mean_point(trial.known);
+    translate(trial.positions, center, -1);
+    translate(trial.known, center, -1);
     const std::vector<Point> goal = moved(truth_, best_rigid_motion(truth_, trial.known));
     trial.residuals.resize(goal.size());
     double squares = 0;

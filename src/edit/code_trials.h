@@ -15,7 +15,7 @@ namespace mscomp {
 struct Trial {
     std::vector<float> codes;
     std::vector<float> features;
-    std::vector<Point> positions;  // (V) every group with the centroid of its known vertices at 0
+    std::vector<Point> positions;  // (V) the centroid of the known ones at 0
     std::vector<Point> known;      // of these the known ones, and
     std::vector<Point> residuals;  // they minus the truth, turned to them
     double error = 0;              // mean square of a coordinate, in the unit ball
@@ -23,7 +23,6 @@ struct Trial {
 };
 
 /// Tries codes for one shape: the objective, and its normal equations over the codes that may move.
-/// A group is a connected component, or several where not each has a known vertex.
 class CodeTrials {
   public:
     /// As descend(), whose arguments are borrowed but for `truth` and `start`.
@@ -53,12 +52,10 @@ class CodeTrials {
 
     const CodeObjective& objective_;
     const FitSubset& subset_;
-    std::vector<int> group_;        // (V) what has a centroid of its own
-    std::vector<int> known_group_;  // of the known vertices
     std::vector<float> start_;
-    std::vector<Point> truth_;          // known vertices, every group with its centroid at 0, and
-    std::vector<Point> truth_centers_;  // where it was
-    Eigen::VectorXd stiffness_;         // of the codes that may move
+    std::vector<Point> truth_;   // known vertices, their centroid at 0, and
+    Point truth_center_;         // where it was
+    Eigen::VectorXd stiffness_;  // of the codes that may move
 };
 
 }  // namespace mscomp

@@ -12,19 +12,13 @@
 namespace mscomp {
 namespace {
 
-/// Takes its centroid off every component of the displacements (V,3).
-void keep_centroids(std::span<double> displacements, const std::vector<int>& component) {
-    const auto count = at(*std::ranges::max_element(component) + 1);
-    std::vector<Point> sums(count, Point{});
-    std::vector<int> sizes(count, 0);
-    for (std::size_t v = 0; v < component.size(); ++v) {
-        ++sizes[at(component[v])];
-        for (std::size_t x = 0; x < 3; ++x) sums[at(component[v])][x] += displacements[3 * v + x];
-    }
-    for (std::size_t v = 0; v < component.size(); ++v) {
-        const auto c = at(component[v]);
-        for (std::size_t x = 0; x < 3; ++x) displacements[3 * v + x] -= sums[c][x] / sizes[c];
-    }
+/// Takes their mean off the displacements (V,3).
+void keep_centroid(std::span<double> displacements) {
+    const std::size_t count = displacements.size() / 3;
+    Point mean{};
+    for (std::size_t i = 0; i < 3 * count; ++i) mean[i % 3] += displacements[i];
+    for (double& x : mean) x /= static_cast<double>(count);
+    for (std::size_t i = 0; i < 3 * count; ++i) displacements[i] -= mean[i % 3];
 }
 
 }  // namespace
@@ -41,9 +35,7 @@ std::string to_string(VertexSolver solver) {
 
 RowPositions::RowPositions(ShapeRows rows, const TriangleMesh& reference, EdgeWeights weights,
                            VertexSolver solver)
-    : rows_(rows),
-      component_(
-          connected_components(one_rings_of_faces(reference.vertex_count(), reference.faces))) {
+    : rows_(rows), vertex_count_(reference.vertices.size()) {
     if (rows == ShapeRows::positions) return;
     if (solver == VertexSolver::poisson) {
         poisson_.emplace(reference, weights);
@@ -54,11 +46,11 @@ RowPositions::RowPositions(ShapeRows rows, const TriangleMesh& reference, EdgeWe
 
 std::vector<Point> RowPositions::positions(std::span<const float> rows,
                                            std::span<const Point> like) const {
-    if (poisson_) return poisson_->solve(rows, like);
-    if (lossless_) return lossless_->solve(rows, like).vertices;
-    if (rows.size() != 3 * component_.size()) {
-        throw MeshError(fmt::format("{} coordinates, wanted those of {} vertices", rows.size(),
-                                    component_.size()));
+    if (poisson_) return poisson_->solve(rows, like, Pieces::joined);
+    if (lossless_) return lossless_->solve(rows, like, Pieces::joined).vertices;
+    if (rows.size() != 3 * vertex_count_) {
+        throw MeshError(
+            fmt::format("{} coordinates, wanted those of {} vertices", rows.size(), vertex_count_));
     }
     if (!std::ranges::all_of(rows, [](float x) { return std::isfinite(x); })) {
         throw NumericalError("positions that are not finite");
@@ -72,7 +64,7 @@ std::vector<double> RowPositions::derivatives(std::span<const float> rows,
     std::vector<FeatureDirection> borrowed;
     borrowed.reserve(directions.size());
     for (const CodeColumn& d : directions) borrowed.push_back({d.vertices, d.values});
-    std::vector<double> result(directions.size() * 3 * component_.size());
+    std::vector<double> result(directions.size() * 3 * vertex_count_);
     if (poisson_) {
         poisson_->derivatives(rows, borrowed, result);
     } else {
@@ -82,7 +74,7 @@ std::vector<double> RowPositions::derivatives(std::span<const float> rows,
 }
 
 std::vector<double> RowPositions::position_columns(std::span<const CodeColumn> directions) const {
-    const std::size_t width = 3 * component_.size();
+    const std::size_t width = 3 * vertex_count_;
     std::vector<double> result(directions.size() * width, 0.0);
     for (std::size_t k = 0; k < directions.size(); ++k) {
         const std::span<double> column = std::span(result).subspan(k * width, width);
@@ -90,7 +82,7 @@ std::vector<double> RowPositions::position_columns(std::span<const CodeColumn> d
             column[3 * at(directions[k].vertices[i / 3]) + i % 3] =
                 static_cast<double>(directions[k].values[i]);
         }
-        keep_centroids(column, component_);
+        keep_centroid(column);
     }
     return result;
 }

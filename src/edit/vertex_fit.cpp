@@ -79,9 +79,8 @@ VertexFit::VertexFit(const ShapeModel& model, const TriangleMesh& reference, Edg
                                      options.code_deviations.size(), codes));
     }
     state_ = std::make_unique<State>(State{
-        {CodePositions(model, reference, weights, options.solver),
-         connected_components(one_rings_of_faces(reference.vertex_count(), reference.faces)),
-         scale_of(reference.vertices), stiffnesses(options.code_deviations, codes), options}});
+        {CodePositions(model, reference, weights, options.solver), scale_of(reference.vertices),
+         stiffnesses(options.code_deviations, codes), options}});
 }
 VertexFit::VertexFit(VertexFit&&) noexcept = default;
 VertexFit& VertexFit::operator=(VertexFit&&) noexcept = default;

@@ -87,13 +87,22 @@ CodeTable joined(const std::vector<std::span<const float>>& tables, std::size_t 
 
 }  // namespace
 
+TriangleMesh ModelContext::whole(std::span<const Point> positions) const {
+    TriangleMesh result = mesh();
+    places.to_vertices(positions, std::span(result.vertices));
+    return result;
+}
+
 void write_model(const std::string& path, const LearnedModel& model, const ModelContext& context,
                  const TrainingState& state, const CodeTable& codes) {
     StoredArrays arrays;
     const auto count = [](const auto& values) { return static_cast<std::int64_t>(values.size()); };
-    arrays.keep<double>("reference", {context.reference.vertex_count(), 3},
-                        flat(context.reference.vertices));
-    arrays.keep<int>("faces", {context.reference.face_count(), 3}, flat(context.reference.faces));
+    const TriangleMesh& mesh = context.mesh();
+    arrays.keep<double>("reference", {mesh.vertex_count(), 3}, flat(mesh.vertices));
+    arrays.keep<int>("faces", {mesh.face_count(), 3}, flat(mesh.faces));
+    if (!context.places.are_all_vertices()) {
+        arrays.add<int>("place", {mesh.vertex_count()}, context.places.place_of_vertex());
+    }
     arrays.add<double>("scaler_offset", {kFeatureDim}, context.scale.offset);
     arrays.add<double>("scaler_factor", {kFeatureDim}, context.scale.factor);
     arrays.add<double>("minmax_offset", {kFeatureDim}, context.minmax.offset);
@@ -160,6 +169,19 @@ struct ModelFile::Content {
         read_codes();
         check_faces(path);
         check_shapes(path);
+        if (file.contains("place")) read_places(path);
+    }
+
+    /// The reference was read as the files have it.
+    void read_places(const std::string& path) {
+        TriangleMesh& mesh = context.reference_of_files = std::move(context.reference);
+        const auto place = file.data<int>("place", {mesh.vertex_count()});
+        try {
+            context.places = VertexPlaces::from_stored({place.begin(), place.end()}, mesh.faces);
+        } catch (const MeshError& error) {
+            throw CheckpointError(path, error.what());
+        }
+        context.reference = context.places.surface(mesh);
     }
 
     void read_codes() {

@@ -29,8 +29,9 @@ std::string other_file_name(const Component& component) {
     return fmt::format("level{}_{}_other.ply", component.level, component.id);
 }
 
-nlohmann::ordered_json describe(const Component& component, int vertices, bool has_file) {
-    nlohmann::ordered_json json = component_json(component, vertices);
+nlohmann::ordered_json describe(const Component& component, const ModelContext& context,
+                                bool has_file) {
+    nlohmann::ordered_json json = component_json(component, context);
     json["file"] = json["other_file"] = nullptr;
     if (has_file) {
         json["file"] = file_name(component);
@@ -64,7 +65,6 @@ void drop_earlier_export(const std::string& folder, OutputFolder& output) {
 nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run_name,
                                          const std::string& folder,
                                          const ComponentExportOptions& options) {
-    const int vertices = run.reference().vertex_count();
     const std::vector<Component> components = run.components();
     const ComponentMeshes meshes(run.context(), run.model->rows());
     OutputFolder output(folder);
@@ -77,14 +77,14 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
         const Component& component = components[at(i)];
         throw_if_interrupted(fmt::format("interrupted; nothing was changed in {}", folder));
         const bool has_file = component.kept || options.all;
-        list.push_back(describe(component, vertices, has_file));
+        list.push_back(describe(component, run.context(), has_file));
         kept += component.kept ? 1 : 0;
         if (has_file) {
             shown.components.push_back(&component);
             shown.shapes.push_back(meshes.colored(component.difference));
-            write_colored_ply(output.path(file_name(component)), shown.shapes.back());
+            write_colored_ply(output.path(file_name(component)), meshes.whole(shown.shapes.back()));
             write_colored_ply(output.path(other_file_name(component)),
-                              meshes.colored(component.other_difference));
+                              meshes.whole(meshes.colored(component.other_difference)));
         }
         if (options.on_progress) {
             options.on_progress(static_cast<std::int64_t>(list.size()),
@@ -93,7 +93,7 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
     }
     nlohmann::ordered_json report{{"run", run_name},
                                   {"kind", run.config.kind},
-                                  {"vertices", vertices},
+                                  {"vertices", run.context().mesh().vertex_count()},
                                   {"kept", kept},
                                   {"components", list}};
     write_file(output.path("components.json"), json_text(report, 2) + "\n");

@@ -13,15 +13,15 @@ nlohmann::ordered_json text_or_null(const std::string& text) {
 
 }  // namespace
 
-nlohmann::ordered_json component_json(const Component& c, int vertex_count) {
-    const auto share = [vertex_count](int vertices) {
-        return static_cast<double>(vertices) / vertex_count;
+nlohmann::ordered_json component_json(const Component& c, const ModelContext& context) {
+    const auto share = [&context](int places) {
+        return static_cast<double>(places) / context.reference.vertex_count();
     };
     return {{"id", c.id},
             {"level", c.level},
             {"parent", text_or_null(c.parent)},
-            {"center_vertex", c.center},
-            {"longest_vertex", c.longest},
+            {"center_vertex", context.places.vertex(c.center)},
+            {"longest_vertex", context.places.vertex(c.longest)},
             {"strength", c.strength},
             {"distance", c.distance},
             {"kept", c.kept},

@@ -32,15 +32,15 @@ nlohmann::ordered_json cosine_json(const std::vector<Component>& components) {
 }  // namespace
 
 ComponentReport component_report(const std::vector<Component>& components, int level_count,
-                                 int vertex_count) {
+                                 const ModelContext& context) {
     ComponentReport report;
     report.list = nlohmann::ordered_json::array();
     std::vector<int> kept(at(level_count), 0);
     for (const Component& c : components) {
-        report.list.push_back(component_json(c, vertex_count));
+        report.list.push_back(component_json(c, context));
         if (c.kept) ++kept[at(c.level)];
     }
-    report.support_mean = mean_support_of_kept(components, vertex_count);
+    report.support_mean = mean_support_of_kept(components, context.reference.vertex_count());
     report.kept_per_level = kept;
     report.cosine = cosine_json(components);
     return report;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mscomp/model/components.h"
+#include "mscomp/model/model_file.h"
 
 namespace mscomp {
 
@@ -16,8 +17,8 @@ struct ComponentReport {
     nlohmann::ordered_json cosine;          // of the kept ones: ids, mean, max, matrix
 };
 
-/// `components` of a model of `level_count` levels and `vertex_count` vertices.
+/// `components` of a model of `level_count` levels.
 ComponentReport component_report(const std::vector<Component>& components, int level_count,
-                                 int vertex_count);
+                                 const ModelContext& context);
 
 }  // namespace mscomp

@@ -21,6 +21,7 @@
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/paths.h"
+#include "mscomp/eval/piece_error.h"
 #include "mscomp/eval/shape_measures.h"
 #include "mscomp/run/shape_decoder.h"
 
@@ -77,7 +78,8 @@ ShapeOrder order_of(const EvaluationOptions& options, const TrainedRun& run) {
 struct MeasuredFit {
     std::string name;
     ShapeMeasures measures;
-    std::vector<double> codes;  // (n,K)
+    PieceRmsError pieces;
+    std::vector<double> codes{};  // (n,K)
 
     void add(const ShapeDecoder& decoder, const FeatureFile& file, std::span<const int> shapes,
              const std::vector<DecodedShape>& decoded) {
@@ -85,6 +87,7 @@ struct MeasuredFit {
             const auto shape = at(shapes[m]);
             measures.add(file.outline().names[shape], decoder.truth(shapes[m]), decoded[m].vertices,
                          decoder.relative_squared_error_of(shapes[m], decoded[m]));
+            pieces.add(decoder.truth(shapes[m]), decoded[m].vertices);
             codes.insert(codes.end(), decoded[m].codes.begin(), decoded[m].codes.end());
         }
     }
@@ -94,17 +97,20 @@ ordered_json optional_number(const std::optional<double>& value) {
     return value ? ordered_json(*value) : ordered_json(nullptr);
 }
 
-ordered_json total_json(const ShapeMeasures& measures, double support_mean) {
-    const SetErrors total = measures.total();
-    return {{"rms_error", total.rms_error},
-            {"sted", optional_number(total.sted.value)},
-            {"sted_spatial", total.sted.spatial},
-            {"sted_temporal", optional_number(total.sted.temporal)},
-            {"mean_vertex_distance", total.mean_vertex_distance},
-            {"max_vertex_distance", total.max_vertex_distance},
-            {"relative_squared_error_max", optional_number(total.relative_squared_error_max)},
-            {"relative_squared_error_mean", optional_number(total.relative_squared_error_mean)},
-            {"support_mean", support_mean}};
+ordered_json total_json(const MeasuredFit& fit, double support_mean) {
+    const SetErrors total = fit.measures.total();
+    const bool has_pieces = fit.pieces.piece_count() > 1;
+    return {
+        {"rms_error", total.rms_error},
+        {"rms_error_pieces", has_pieces ? ordered_json(fit.pieces.value()) : ordered_json(nullptr)},
+        {"sted", optional_number(total.sted.value)},
+        {"sted_spatial", total.sted.spatial},
+        {"sted_temporal", optional_number(total.sted.temporal)},
+        {"mean_vertex_distance", total.mean_vertex_distance},
+        {"max_vertex_distance", total.max_vertex_distance},
+        {"relative_squared_error_max", optional_number(total.relative_squared_error_max)},
+        {"relative_squared_error_mean", optional_number(total.relative_squared_error_mean)},
+        {"support_mean", support_mean}};
 }
 
 /// A run measured on the shapes of one split of one file.
@@ -123,7 +129,8 @@ class Evaluation {
         if (!options.units.empty()) units_.emplace(options.units, file_.shape_count());
         for (const char* fit : {"features", "vertices"}) {
             if (options.fit != "both" && options.fit != fit) continue;
-            fits_.push_back({fit, ShapeMeasures(reference(), order_of(options, run_)), {}});
+            fits_.push_back({fit, ShapeMeasures(reference(), order_of(options, run_)),
+                             PieceRmsError(reference())});
         }
     }
 
@@ -160,8 +167,7 @@ class Evaluation {
 
     ordered_json report() {
         const int levels = static_cast<int>(run_.model->levels().size());
-        const ComponentReport of_components =
-            component_report(components_, levels, run_.reference().vertex_count());
+        const ComponentReport of_components = component_report(components_, levels, run_.context());
         ordered_json report{
             {"run", options_.run},
             {"set", std::filesystem::path(file_.path()).stem().string()},
@@ -173,8 +179,7 @@ class Evaluation {
             {"order", order_of(options_, run_) == ShapeOrder::set ? "set" : "sequence"},
             {"components", of_components.kept_per_level}};
         for (const MeasuredFit& fit : fits_) {
-            ordered_json& entry = report[fit.name] =
-                total_json(fit.measures, of_components.support_mean);
+            ordered_json& entry = report[fit.name] = total_json(fit, of_components.support_mean);
             if (!options_.components.empty()) {
                 entry["by_components"] =
                     (fit.name == "features" ? by_components_.features() : by_components_.vertices())
@@ -251,11 +256,11 @@ class Evaluation {
     ordered_json shape_names(std::size_t n) const {
         return {{"shape", shapes_[n]}, {"name", fits_.front().measures.shapes()[n].name}};
     }
-    static ordered_json shape_errors(const ShapeErrors& errors) {
+    ordered_json shape_errors(const ShapeErrors& errors) const {
         return {{"rms_error", errors.rms_error},
                 {"mean_vertex_distance", errors.mean_vertex_distance},
                 {"max_vertex_distance", errors.max_vertex_distance},
-                {"worst_vertex", errors.worst_vertex},
+                {"worst_vertex", run_.context().places.vertex(errors.worst_vertex)},
                 {"relative_squared_error", optional_number(errors.relative_squared_error)}};
     }
     ordered_json shape_json(const MeasuredFit& fit, std::size_t n) const {

@@ -70,7 +70,8 @@ std::vector<int> still_pieces(const TriangleMesh& mesh, const std::vector<float>
 }  // namespace
 
 ComponentMeshes::ComponentMeshes(const ModelContext& context, ShapeRows rows)
-    : reference_(context.reference),
+    : context_(context),
+      reference_(context.reference),
       parts_(connected_components(
           one_rings_of_faces(context.reference.vertex_count(), context.reference.faces))),
       positions_(rows, context.reference, parse_edge_weights(context.weights),
@@ -107,12 +108,18 @@ void ComponentMeshes::keep_still(TriangleMesh& mesh, const std::vector<float>& a
         const auto [entry, is_first] = largest.emplace(parts_[v], pieces[v]);
         if (!is_first && area->second > areas.at(entry->second)) entry->second = pieces[v];
     }
+    // Parts without a still piece keep their place beside the part with the largest one.
+    int leader = -1;
+    for (const auto& [part, piece] : largest) {
+        if (leader < 0 || areas.at(piece) > areas.at(largest.at(leader))) leader = part;
+    }
     std::map<int, std::array<std::vector<double>, 3>> moves;
     for (std::size_t v = 0; v < pieces.size(); ++v) {
         const auto piece = largest.find(parts_[v]);
-        if (piece != largest.end() && piece->second != pieces[v]) continue;
+        if (leader >= 0 && (piece == largest.end() || piece->second != pieces[v])) continue;
         for (std::size_t x = 0; x < 3; ++x) {
-            moves[parts_[v]][x].push_back(mesh.vertices[v][x] - reference_.vertices[v][x]);
+            moves[leader < 0 ? leader : parts_[v]][x].push_back(mesh.vertices[v][x] -
+                                                                reference_.vertices[v][x]);
         }
     }
     std::map<int, Point> move;
@@ -120,8 +127,18 @@ void ComponentMeshes::keep_still(TriangleMesh& mesh, const std::vector<float>& a
         for (std::size_t x = 0; x < 3; ++x) move[part][x] = median(std::move(of_axes[x]));
     }
     for (std::size_t v = 0; v < pieces.size(); ++v) {
-        for (std::size_t x = 0; x < 3; ++x) mesh.vertices[v][x] -= move.at(parts_[v])[x];
+        const auto own = move.find(parts_[v]);
+        mesh.vertices[v] =
+            minus(mesh.vertices[v], (own != move.end() ? own : move.find(leader))->second);
     }
+}
+
+ColoredShape ComponentMeshes::whole(const ColoredShape& shape) const {
+    ColoredShape result{whole(shape.mesh), {}, shape.full_blue};
+    if (shape.amount.empty()) return result;
+    result.amount.assign(result.mesh.vertices.size(), 0.0F);
+    context_.places.to_vertices(std::span<const float>(shape.amount), std::span(result.amount));
+    return result;
 }
 
 ColoredShape ComponentMeshes::colored(std::span<const float> change) const {

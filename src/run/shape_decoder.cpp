@@ -37,13 +37,13 @@ bool is_reference(std::span<const float> features) {
 ShapeDecoder::ShapeDecoder(TrainedRun& run, const FeatureFile& file,
                            std::function<void()> check_stop)
     : run_(run),
-      file_(file),
+      shapes_(file, run.context().places),
       check_stop_(check_stop ? std::move(check_stop) : [] {}),
       lossless_(*run.model, run.reference(), parse_edge_weights(run.context().weights),
                 VertexSolver::lossless) {}
 
 std::vector<DecodedShape> ShapeDecoder::encode(std::span<const int> shapes, int levels) {
-    const CodeTable table = run_.model->encode(file_, shapes);
+    const CodeTable table = run_.model->encode(shapes_, shapes);
     std::vector<std::vector<float>> codes;
     for (int m = 0; m < table.shape_count(); ++m) {
         codes.emplace_back(table.shape(m).begin(), table.shape(m).end());
@@ -115,7 +115,7 @@ const VertexFit& ShapeDecoder::made(std::unique_ptr<VertexFit>& fit, VertexFitOp
 std::optional<double> ShapeDecoder::relative_squared_error_of(int shape,
                                                               const DecodedShape& decoded) const {
     if (run_.model->rows() != ShapeRows::features) return std::nullopt;
-    const std::span<const float> features = file_.shape(shape);
+    const std::span<const float> features = shapes_.shape(shape);
     if (is_reference(features)) return std::nullopt;
     const ChannelScale& minmax = run_.context().minmax;
     std::vector<float> truth(features.begin(), features.end());
@@ -126,7 +126,7 @@ std::optional<double> ShapeDecoder::relative_squared_error_of(int shape,
 }
 
 void require_mesh_of(const TrainedRun& run, const FeatureFile& file) {
-    const TriangleMesh& reference = run.context().reference;
+    const TriangleMesh& reference = run.context().mesh();
     const FeatureSet& set = file.outline();
     if (set.vertex_count() != reference.vertex_count()) {
         throw InputError({file.path()}, fmt::format("{} vertices, but the model was trained on {}",

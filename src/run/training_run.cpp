@@ -57,7 +57,8 @@ void describe(const TrainingSetup& setup, const std::string& run, LineFile& log)
     for (const FeatureExtreme& extreme : setup.scaler.extremes) {
         log.append(
             fmt::format("extreme of the training features: channel {} is {:.6g} in {} at vertex {}",
-                        extreme.channel, extreme.value, names[at(extreme.shape)], extreme.vertex));
+                        extreme.channel, extreme.value, names[at(extreme.shape)],
+                        setup.context.places.vertex(extreme.vertex)));
     }
 }
 
@@ -159,8 +160,12 @@ TrainingResult train_run(const Config& config, const std::string& run,
     LineFile log(log_path(run));
     log.append(begin_line(options.title));
     describe(setup, run, log);
+    for (const std::string& warning : setup.warnings) {
+        log.append("warning: " + warning);
+        if (options.on_warning) options.on_warning(warning);
+    }
     const std::unique_ptr<Learner> learner =
-        setup.model->learner(setup.features, setup.context.train_shapes);
+        setup.model->learner(setup.shapes, setup.context.train_shapes);
     if (earlier) {
         earlier->load(*setup.model);
         learner->resume(earlier->state());

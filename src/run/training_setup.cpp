@@ -7,18 +7,54 @@
 #include <utility>
 
 #include "make_model.h"
+#include "mscomp/acap/shape_outliers.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/parallel.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/geodesic/heat_geodesics.h"
 #include "mscomp/run/split.h"
 
 namespace mscomp {
 
-TrainingSetup::TrainingSetup(const Config& of) : config(of), features(of.data.features) {
+namespace {
+
+/// The context of a model of these features as far as they say.
+ModelContext context_of(const FeatureFile& features) {
+    const PlacedFeatures& outline = features.outline();
+    ModelContext context;
+    context.source = features.path();
+    context.source_hash = features.data_hash();
+    context.weights = outline.weights;
+    context.places = outline.places;
+    context.reference = outline.places.surface(outline.reference);
+    if (!outline.places.are_all_vertices()) context.reference_of_files = outline.reference;
+    return context;
+}
+
+/// What is odd about whole shapes of a set; files of other programs went through no other hands.
+std::vector<std::string> odd_shapes(const SurfaceShapes& shapes, const ModelContext& context,
+                                    const std::vector<std::string>& names) {
+    ShapeOutliers outliers(context.reference, shapes.shape_count());
+    parallel_for(shapes.shape_count(), [&](std::int64_t n) {
+        const auto index = static_cast<int>(n);
+        outliers.look_at(index, points_of(shapes.vertices(index)), shapes.shape(index));
+        shapes.forget(index);
+    });
+    return outliers.warnings(names);
+}
+
+}  // namespace
+
+TrainingSetup::TrainingSetup(const Config& of)
+    : config(of),
+      features(of.data.features),
+      context(context_of(features)),
+      shapes(features, context.places) {
     const FeatureSet& outline = features.outline();
     Split split = resolve_split(config.data.split, outline.shape_count(), "");
     if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
-    const FeatureRanges ranges(features, split.train);
+    warnings = odd_shapes(shapes, context, outline.names);
+    const FeatureRanges ranges(shapes, split.train);
     scaler = ranges.scaler(
         config.data.center == Scaling::minmax ? FeatureCenter::minmax : FeatureCenter::reference,
         config.data.scale == Scale::shared ? FeatureScale::shared : FeatureScale::separate);
@@ -27,15 +63,11 @@ TrainingSetup::TrainingSetup(const Config& of) : config(of), features(of.data.fe
                                      config.data.features));
     }
 
-    HeatGeodesics geodesics(outline.reference);
+    HeatGeodesics geodesics(context.reference);
     const GeodesicNormalizer normalizer = geodesic_normalizer(geodesics);
     distances =
         std::make_unique<NormalizedGeodesics>(std::move(geodesics), normalizer.largest_distance);
     context.config = write_config(config, false);
-    context.source = config.data.features;
-    context.source_hash = features.data_hash();
-    context.weights = outline.weights;
-    context.reference = outline.reference;
     context.scale = scaler;
     context.minmax = ranges.scaler(FeatureCenter::minmax);
     context.largest_distance = normalizer.largest_distance;

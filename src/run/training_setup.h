@@ -2,9 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/feature_scaler.h"
+#include "mscomp/acap/surface_shapes.h"
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/model/config.h"
 #include "mscomp/model/model_file.h"
@@ -22,8 +25,10 @@ struct TrainingSetup {
 
     Config config;
     FeatureFile features;
-    FeatureScaler scaler;
     ModelContext context;
+    SurfaceShapes shapes;  // of the features
+    FeatureScaler scaler;
+    std::vector<std::string> warnings;  // what is odd about whole shapes, one sentence each
     std::unique_ptr<DistanceRows> distances;
     std::unique_ptr<LearnedModel> model;
 };

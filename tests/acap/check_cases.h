@@ -84,4 +84,29 @@ inline TriangleMesh shifted(const TriangleMesh& mesh, int by) {
     return renumbered(mesh, source);
 }
 
+/// The `size` vertices nearest to `first`, ring by ring, in another order.
+inline TriangleMesh shuffled_patch(const TriangleMesh& mesh, const OneRings& rings, int first,
+                                   int size, int seed) {
+    std::vector<int> patch{first};
+    for (std::size_t n = 0; n < patch.size(); ++n) {
+        const auto vertex = at(patch[n]);
+        for (int k = rings.offsets[vertex]; k < rings.offsets[vertex + 1]; ++k) {
+            const int neighbor = rings.neighbors[at(k)];
+            if (static_cast<int>(patch.size()) == size) break;
+            if (std::ranges::find(patch, neighbor) == patch.end()) patch.push_back(neighbor);
+        }
+    }
+    std::vector<int> source;
+    for (int i = 0; i < mesh.vertex_count(); ++i) source.push_back(i);
+    const std::vector<int> order = CounterRandom(static_cast<std::uint64_t>(seed), 7)
+                                       .permutation(static_cast<int>(patch.size()));
+    for (std::size_t n = 0; n < patch.size(); ++n) source[at(patch[n])] = patch[at(order[n])];
+    return renumbered(mesh, source);
+}
+
+inline TriangleMesh exchanged(TriangleMesh mesh, int a, int b) {
+    std::swap(mesh.vertices[at(a)], mesh.vertices[at(b)]);
+    return mesh;
+}
+
 }  // namespace mscomp::cases

@@ -57,9 +57,37 @@ TEST_P(CheckRealSet, RenumberedVerticesAreNoticedInEveryShape) {
     }
 }
 
+TEST_P(CheckRealSet, FindsTwentyOfTwentyPatchesAndExchanges) {
+    const TriangleMesh reference = read_mesh(paths_.front());
+    const OneRings rings = one_rings_of_faces(reference.vertex_count(), reference.faces);
+    const EdgeStretchTest test(reference.vertices, rings);
+    const CounterRandom random(3, 1);
+    for (int n = 0; n < 20; ++n) {
+        const auto draw = [&](int k, std::size_t count) {
+            return static_cast<int>(random.uniform(at(10 * n + k)) * static_cast<double>(count));
+        };
+        const std::size_t frame = 1 + at(draw(0, paths_.size() - 1));
+        const TriangleMesh shape = read_mesh(paths_[frame]);
+        const int first = draw(1, shape.vertices.size()), other = draw(2, shape.vertices.size());
+        const std::vector<Point> patch = shuffled_patch(shape, rings, first, 50, n).vertices;
+        EXPECT_TRUE(test.compare(patch).permuted) << paths_[frame] << " around " << first;
+        EXPECT_TRUE(test.compare(exchanged(shape, first, other).vertices).permuted)
+            << paths_[frame] << ": " << first << " and " << other;
+    }
+}
+
+TEST_P(CheckRealSet, CallsNoFrameShuffled) {
+    const TriangleMesh reference = read_mesh(paths_.front());
+    const EdgeStretchTest test(reference.vertices,
+                               one_rings_of_faces(reference.vertex_count(), reference.faces));
+    for (const std::string& path : paths_) {
+        EXPECT_FALSE(test.compare(read_mesh(path).vertices).permuted) << path;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Sets, CheckRealSet,
                          testing::Values("scape", "horse", "samba", "hand", "expressions", "camel",
-                                         "girl"),
+                                         "girl", "people"),
                          [](const auto& set) { return set.param; });
 
 TEST(CheckRealSets, CamelIsNotManifold) {

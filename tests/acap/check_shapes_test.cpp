@@ -81,6 +81,50 @@ TEST(CheckOrder, StrongDeformationsAreNoPermutations) {
     EXPECT_FALSE(seems_permuted(sheet, pulled));
 }
 
+/// A bar along z that is rolled up to a ball, like a cat that curls up.
+TriangleMesh curled(const TriangleMesh& bar, double turns, double length) {
+    return mapped(bar, [=](const Vector3d& p) -> Vector3d {
+        const double angle = 2 * std::numbers::pi * turns * p.z() / length;
+        const double radius = length / (2 * std::numbers::pi * turns) - 0.8 * p.x();
+        return {radius * std::cos(angle), p.y() + 0.4 * angle, radius * std::sin(angle)};
+    });
+}
+
+// Small beside its edges, stretched here and pressed there, and torn open like a beak: all in
+// order.
+TEST(CheckOrder, CurledUpAndPulledApartIsNoPermutation) {
+    const TriangleMesh bar = shapes::cylinder(24, 90, 0.5, 12, true);
+    for (const double turns : {0.5, 1.0, 2.0, 3.0}) {
+        EXPECT_FALSE(seems_permuted(bar, curled(bar, turns, 12))) << turns;
+    }
+    const TriangleMesh squashed = mapped(curled(bar, 1.5, 12), [](const Vector3d& p) -> Vector3d {
+        return {3 * p.x(), 0.2 * p.y(), p.z() * p.z() * p.z()};
+    });
+    EXPECT_FALSE(seems_permuted(bar, squashed));
+    const TriangleMesh sheet = shapes::grid(40, 40);
+    for (const double width : {1.0, 3.0, 8.0}) {
+        const TriangleMesh pulled = mapped(sheet, [=](const Vector3d& p) -> Vector3d {
+            const double way = std::clamp((p.x() - 19) / width, 0.0, 1.0);
+            return {p.x() + 30 * way, p.y(), 0};
+        });
+        EXPECT_FALSE(seems_permuted(sheet, pulled)) << width;
+    }
+}
+
+// Fifty vertices in a patch, or two that are exchanged, in shapes that are curled up as well.
+TEST(CheckOrder, FindsAFewVerticesOutOfOrder) {
+    const TriangleMesh bar = shapes::cylinder(24, 90, 0.5, 12, true);
+    const OneRings rings = one_rings_of_faces(bar.vertex_count(), bar.faces);
+    for (int seed = 0; seed < 20; ++seed) {
+        const TriangleMesh shape = curled(bar, 0.1 * seed, 12);
+        const CounterRandom random(5, static_cast<std::uint64_t>(seed));
+        const int first = static_cast<int>(random.uniform(0) * bar.vertex_count());
+        EXPECT_TRUE(seems_permuted(bar, shuffled_patch(shape, rings, first, 50, seed))) << seed;
+        const int other = (first + 700) % bar.vertex_count();
+        EXPECT_TRUE(seems_permuted(bar, exchanged(shape, first, other))) << seed;
+    }
+}
+
 // Two blocks of rows changed places: no shift explains it, and nearly all edges are as before.
 TEST(CheckOrder, FindsBlocksThatChangedPlaces) {
     const TriangleMesh mesh = shapes::grid(20, 60);

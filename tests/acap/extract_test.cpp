@@ -133,12 +133,12 @@ TEST(Extract, WarningsCountPlacesFromOne) {
     mesh.vertices.push_back({9, 9, 9});  // the 17th
     mesh.faces.push_back({0, 1, 0});     // the 19th
     const FeatureSet set = extract_one(mesh, mesh);
-    EXPECT_THAT(set.warnings, Contains(HasSubstr("identity (first: vertex 17)")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("alignment and scale (first: vertex 17)")));
     EXPECT_THAT(set.warnings, Contains(HasSubstr("weight (first: face 19)")));
     EXPECT_THAT(set.warnings, Contains(HasSubstr("(first: face 19 of ")));
 }
 
-// float32 has 24 bits: a thousand sizes away from the origin it has 14 left for the shape.
+// float32 has 24 bits: a hundred sizes away from the origin it has 17 left for the shape.
 TEST(Extract, WarnsWhereFloatKeepsFewDigits) {
     const auto warnings_at = [](double place, double place_of_reference, bool align) {
         const auto at_x = [](double x) {
@@ -151,11 +151,33 @@ TEST(Extract, WarnsWhereFloatKeepsFewDigits) {
                                 options)
             .warnings;
     };
-    EXPECT_THAT(warnings_at(2100, 2100, true),
-                ElementsAre(HasSubstr("1 of 1 shapes lie over 1000")));
-    EXPECT_TRUE(warnings_at(1900, 1900, true).empty());
+    EXPECT_THAT(warnings_at(210, 210, true),
+                ElementsAre(HasSubstr("the reference lies over 100 times its size")));
+    EXPECT_TRUE(warnings_at(190, 190, true).empty());
     EXPECT_TRUE(warnings_at(2100, 0, true).empty());  // aligned, it is stored at the reference
-    EXPECT_THAT(warnings_at(2100, 0, false), ElementsAre(HasSubstr("origin")));
+    EXPECT_THAT(warnings_at(210, 0, false),
+                ElementsAre(HasSubstr("1 of 1 shapes lie over 100 times their size from the "
+                                      "reference")));
+}
+
+// What check would say of one in millimetres, one whose vertices are shuffled and one with a spike.
+TEST(Extract, WarnsOfWholeShapesThatAreOdd) {
+    const TriangleMesh mesh = bumpy_sphere(3);
+    std::vector<TriangleMesh> shapes(40, mapped(mesh, wobble));
+    EXPECT_TRUE(
+        extract_features(sequence_of(shapes), mesh.vertices, ExtractOptions{}).warnings.empty());
+    shapes[3] = mapped(mesh, [](const Vector3d& p) -> Vector3d { return 1000 * wobble(p); });
+    const std::vector<int> order = CounterRandom(2, 2).permutation(mesh.vertex_count());
+    for (std::size_t v = 0; v < order.size(); ++v) {
+        shapes[5].vertices[v] = shapes[7].vertices[at(order[v])];
+    }
+    shapes[9].vertices[100] = {20, 20, 20};
+    const FeatureSet set = extract_features(sequence_of(shapes), mesh.vertices);
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("1 of 40 shapes (first: 'shape_3') have another "
+                                                 "size than the reference")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("1 of 40 shapes (first: 'shape_5') seem to have "
+                                                 "their vertices in another order")));
+    EXPECT_THAT(set.warnings, Contains(HasSubstr("stretch somewhere far more than the")));
 }
 
 TEST(Extract, RefusesWhatIsTooSmallForFloat) {

@@ -251,7 +251,7 @@ struct Stages {
         for (int n = 0; n < files.shape_count(); ++n) {
             shapes.push_back(files.shape(n));
             aligned.push_back(align(shapes.back()));
-            rows.push_back(extract_shape(gradients, shapes.front(), shapes.back(), true).features);
+            rows.push_back(extract_shape(gradients, aligned.back()).features);
         }
     }
     int vertices() const { return files.vertex_count(); }
@@ -350,7 +350,7 @@ void register_stages(const std::string& name) {
     });
     add("alignment_to_features", [](const Stages& stages, int n) {
         const auto& shape = stages.shapes[static_cast<std::size_t>(n)];
-        return extract_shape(stages.gradients, stages.shapes.front(), shape, true).features;
+        return extract_shape(stages.gradients, stages.align(shape)).features;
     });
     add("consistency", [](const Stages& stages, int n) {
         std::vector<Vector3d> r = rotation_vectors_of(stages.rows[static_cast<std::size_t>(n)]);

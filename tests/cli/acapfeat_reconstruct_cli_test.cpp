@@ -13,6 +13,7 @@
 #include "base/temporary_folder.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/base/points.h"
 #include "mscomp/base/safetensors.h"
 #include "shapes.h"
 
@@ -70,6 +71,41 @@ class Reconstruct : public testing::Test {
     const TemporaryFolder temporary_;
     const std::string folder_ = temporary_.path();
 };
+
+// On a map, or gone far: the meshes come back to seven digits of their size, and the error printed
+// is that of the files.
+TEST_F(Reconstruct, TellsTheErrorOfTheFilesItWroteFarAway) {
+    for (const bool travels : {false, true}) {
+        for (int i = 0; i < 3; ++i) {
+            TriangleMesh mesh = read_mesh(path("in/pose_" + std::to_string(i) + ".obj"));
+            for (Point& p : mesh.vertices) {
+                p[0] += travels ? 2e7 * i : 5e5;
+                p[1] += travels ? 0 : 5.5e6;
+            }
+            write_obj(path("far/pose_" + std::to_string(i) + ".obj"), mesh);
+        }
+        ASSERT_EQ(run("extract far -o far.safetensors --force").code, 0);
+        for (const std::string format : {"obj", "ply", "off"}) {
+            const Outcome outcome = run("reconstruct far.safetensors -o far_" + format +
+                                        " --force --json --format " + format);
+            ASSERT_EQ(outcome.code, 0) << outcome.err;
+            const double told = nlohmann::json::parse(outcome.out)["rms_error"];
+            double squares = 0;
+            for (int i = 0; i < 3; ++i) {
+                const std::string name = "/pose_" + std::to_string(i) + ".";
+                const TriangleMesh truth = read_mesh(path("far" + name + "obj"));
+                const TriangleMesh back = read_mesh(path("far_" + format + name + format));
+                for (std::size_t v = 0; v < truth.vertices.size(); ++v) {
+                    squares += square_distance(truth.vertices[v], back.vertices[v]);
+                }
+            }
+            const double written = 1000 * std::sqrt(squares / (3 * 3 * 162));
+            EXPECT_LT(written, 1e-2) << format << travels;
+            // Neither is more than the rounding of float32 in the file that the error is told to.
+            EXPECT_NEAR(told, written, 2e-3) << format << travels;
+        }
+    }
+}
 
 // The default loses nothing, in every format, and puts each shape back where it stood.
 TEST_F(Reconstruct, GivesTheInputBack) {

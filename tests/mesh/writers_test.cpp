@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -165,6 +166,44 @@ TEST(Writers, RefuseColorsOfAnotherCount) {
     const TemporaryFolder folder;
     const std::vector<float> quality(3);
     EXPECT_THROW(write_ply(folder / "a.ply", shapes::grid(2, 2), {}, quality), std::logic_error);
+}
+
+double largest_difference(const std::vector<Point>& a, const std::vector<Point>& b) {
+    double largest = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            largest = std::max(largest, std::abs(a[i][axis] - b[i][axis]));
+        }
+    }
+    return largest;
+}
+
+// Seven digits of the size survive wherever the mesh lies, and as_written() says which.
+TEST(WriteMesh, KeepsTheShapeFarFromTheOrigin) {
+    const TemporaryFolder folder;
+    for (const double place : {0.0, 3.0, 5e2, 1e4, 2e7}) {
+        TriangleMesh mesh = shapes::icosphere(2);
+        for (Point& p : mesh.vertices) p = {p[0] / 3 + place, p[1] / 3 - place, p[2] / 3};
+        for (const char* name : {"a.obj", "a.off", "a.ply"}) {
+            write_mesh(folder / name, mesh);
+            const std::vector<Point> read = read_mesh(folder / name).vertices;
+            EXPECT_EQ(read, as_written(folder / name, mesh)) << name << " at " << place;
+            EXPECT_LT(largest_difference(read, mesh.vertices), 1e-5) << name << " at " << place;
+        }
+    }
+}
+
+// What no face uses may lie anywhere.
+TEST(WriteMesh, AFarVertexWithoutAFaceTakesNoDigits) {
+    const TemporaryFolder folder;
+    TriangleMesh mesh = shapes::icosphere(2);
+    for (Point& p : mesh.vertices) p[0] = p[0] / 3 + 2e7;
+    mesh.vertices.push_back({0, 0, 0});
+    for (const char* name : {"a.obj", "a.off", "a.ply"}) {
+        write_mesh(folder / name, mesh);
+        const std::vector<Point> read = read_mesh(folder / name).vertices;
+        EXPECT_LT(largest_difference(read, mesh.vertices), 1e-5) << name;
+    }
 }
 
 }  // namespace

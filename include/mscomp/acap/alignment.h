@@ -2,11 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
 
 namespace mscomp {
+
+/// Mean of at least one point.
+Point mean_point(std::span<const Point> points);
 
 struct RigidMotion {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();

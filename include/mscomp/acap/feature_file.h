@@ -8,23 +8,26 @@
 #include <vector>
 
 #include "mscomp/acap/feature_rows.h"
-#include "mscomp/base/feature_set.h"
+#include "mscomp/acap/placed_features.h"
 #include "mscomp/base/shape_features.h"
 
 namespace mscomp {
 
 /// A feature file being written, its rows in any order, so that a set larger than memory can be:
 /// features [N,V,9] f32, vertices [N,V,3] f32, reference [V,3] f64, faces [F,3] i32, rotation
-/// [N,3,3] f64, translation [N,3] f64, and where the set has them principal_energy,
+/// [N,3,3] f64, translation [N,3] f64, place [V] i32 where not every vertex is a place of its own
+/// (VertexPlaces), and where the set has them principal_energy,
 /// propagation_energy, relaxation_energy, consistency_energy, consistency_gap, largest_jump,
 /// large_jumps, inherent_jumps, removable_jumps [N] f64; metadata: format_version, weights, layout,
 /// source, and names and warnings as JSON lists of strings. Without finish() nothing is left
 /// behind.
 class FeatureFileWriter final : public FeatureRows {
   public:
-    /// `outline` (borrowed here only) has names, reference and weights, and arrays of N numbers for
-    /// what finish() will bring; its rows are not looked at. Throws IoError.
-    FeatureFileWriter(const std::string& path, const FeatureSet& outline);
+    /// `outline` (borrowed here only, as are the places of its vertices) has names, reference and
+    /// weights, and arrays of N numbers for what finish() will bring; its rows are not looked at.
+    /// Throws IoError.
+    FeatureFileWriter(const std::string& path, const FeatureSet& outline,
+                      const VertexPlaces& places = {});
     ~FeatureFileWriter() override;
 
     /// Throw IoError, or NumericalError if a number is not finite.
@@ -42,16 +45,17 @@ class FeatureFileWriter final : public FeatureRows {
 
 /// Writes a whole set. Throws IoError, or NumericalError if a number is not finite; then nothing is
 /// written.
-void write_features(const std::string& path, const FeatureSet& set);
+void write_features(const std::string& path, const FeatureSet& set,
+                    const VertexPlaces& places = {});
 
 /// A feature file, memory-mapped: rows are handed out where they lie, and a set larger than memory
 /// can be worked with. Read once from end to end when it is opened, which checks everything.
 class FeatureFile final : public ShapeSet {
   public:
     /// The numbers per shape and all metadata may be missing (files of other programs); names then
-    /// become shape_0000, ... and weights cotangent. Throws IoError, or InputError for missing
-    /// tensors, shapes that do not match each other, numbers that are not finite, faces out of
-    /// range, and other versions, layouts or weights.
+    /// become shape_0000, ... and weights cotangent; without `place` no vertices coincide. Throws
+    /// IoError, or InputError for missing tensors, shapes that do not match each other, numbers
+    /// that are not finite, faces out of range, and other versions, layouts or weights.
     explicit FeatureFile(const std::string& path);
     FeatureFile(FeatureFile&&) noexcept;
     FeatureFile& operator=(FeatureFile&&) noexcept;
@@ -67,7 +71,7 @@ class FeatureFile final : public ShapeSet {
     /// Features and vertices of this shape need not stay in memory.
     void forget(int index) const override;
     /// Everything but the rows: `features` and `vertices` are empty.
-    const FeatureSet& outline() const;
+    const PlacedFeatures& outline() const;
 
   private:
     struct State;
@@ -75,6 +79,6 @@ class FeatureFile final : public ShapeSet {
 };
 
 /// The whole file in memory. Throws as FeatureFile does.
-FeatureSet read_features(const std::string& path);
+PlacedFeatures read_features(const std::string& path);
 
 }  // namespace mscomp

@@ -24,6 +24,16 @@ struct ReconstructedShape {
     bool converged = false;  // the last step changed next to nothing
 };
 
+/// Features do not say where connected components lie. What is done about it:
+enum class Pieces {
+    /// Every component gets the centroid that it has in another shape.
+    as_in_shape,
+    /// Components lie to each other as the features let expect: what links each vertex of the
+    /// smaller to the nearest of the larger one in the reference turns and stretches with the
+    /// surface at its ends, on average. The whole gets the centroid of the other shape.
+    joined
+};
+
 /// A vertex that is wanted at `position`: exactly if `weight` is infinite, otherwise by adding
 /// weight |p' - position|² to the energy (whose own weights c_ij are of the order of 1).
 struct Handle {
@@ -48,14 +58,15 @@ class PoissonReconstruction {
     PoissonReconstruction& operator=(PoissonReconstruction&&) noexcept;
     ~PoissonReconstruction();
 
-    /// `features` (V,9) unscaled -> (V) positions. Every connected component gets the centroid that
-    /// it has in `like` (V), by default in the reference. Throws NumericalError on non-finite
-    /// features, MeshError for another V. Safe to call from several threads.
-    std::vector<Point> solve(std::span<const float> features,
-                             std::span<const Point> like = {}) const;
-    /// Overwrites `result` (directions,V,3) with the derivatives of solve() at `features` along
-    /// `directions`; the centroid of every component stays. The same bits for any number of
-    /// threads. Errors and threads as solve().
+    /// `features` (V,9) unscaled -> (V) positions. Where they lie is that of `like` (V) by
+    /// `pieces`; without it they are joined, with the centroid of the reference. Throws
+    /// NumericalError on non-finite features, MeshError for another V. Safe to call from several
+    /// threads.
+    std::vector<Point> solve(std::span<const float> features, std::span<const Point> like = {},
+                             Pieces pieces = Pieces::as_in_shape) const;
+    /// Overwrites `result` (directions,V,3) with the derivatives of solve(), the components joined,
+    /// at `features` along `directions`. The same bits for any number of threads. Errors and
+    /// threads as solve().
     void derivatives(std::span<const float> features, std::span<const FeatureDirection> directions,
                      std::span<double> result) const;
 
@@ -78,8 +89,8 @@ class LosslessReconstruction {
 
     /// The fast path for many shapes: quasi-Newton steps with one constant matrix, factorised
     /// once. Arguments, errors and threads as PoissonReconstruction::solve.
-    ReconstructedShape solve(std::span<const float> features,
-                             std::span<const Point> like = {}) const;
+    ReconstructedShape solve(std::span<const float> features, std::span<const Point> like = {},
+                             Pieces pieces = Pieces::as_in_shape) const;
 
     /// As PoissonReconstruction::derivatives, for the linear part of solve(): exact where a mesh
     /// has the features and the direction leads to features of meshes, near elsewhere.
@@ -87,7 +98,8 @@ class LosslessReconstruction {
                      std::span<double> result) const;
 
     /// The same minimum by Ceres (Levenberg-Marquardt), with handles. Components that have a handle
-    /// stay where their handles put them. Throws UsageError for handles that are no vertex
+    /// stay where their handles put them, the others have the centroid of `like`, by default of the
+    /// reference. Throws UsageError for handles that are no vertex
     /// or have a weight that is not positive.
     ReconstructedShape solve_by_ceres(std::span<const float> features,
                                       std::span<const Handle> handles = {},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,13 +28,14 @@ class RowPositions {
                  VertexSolver solver);
 
     ShapeRows rows() const { return rows_; }
-    /// (V). Features do not say where a mesh lies: every connected component gets the centroid that
-    /// it has in `like` (V), by default in the reference. Throws NumericalError where `rows` are
-    /// not finite, MeshError for another V.
+    /// (V). Features do not say where a mesh lies: it gets the centroid of `like` (V), by default
+    /// that of the reference, its connected components joined (Pieces::joined): nothing of their
+    /// places to each other comes from `like`. Throws NumericalError where `rows` are not finite,
+    /// MeshError for another V.
     std::vector<Point> positions(std::span<const float> rows,
                                  std::span<const Point> like = {}) const;
-    /// (n,V,3) along n directions at `rows`, the centroid of every component kept where it is;
-    /// `lossless`: of its linear part.
+    /// (n,V,3) along n directions at `rows`, the centroid kept where it is; `lossless`: of its
+    /// linear part.
     std::vector<double> derivatives(std::span<const float> rows,
                                     std::span<const CodeColumn> directions) const;
 
@@ -41,7 +43,7 @@ class RowPositions {
     std::vector<double> position_columns(std::span<const CodeColumn> directions) const;
 
     ShapeRows rows_;
-    std::vector<int> component_;                    // (V) connected component
+    std::size_t vertex_count_;
     std::optional<PoissonReconstruction> poisson_;  // of features, one of these
     std::optional<LosslessReconstruction> lossless_;
 };

@@ -28,8 +28,7 @@ struct VertexFitOptions {
 };
 
 /// What a fit may move and what it knows; empty means all. Vertices that are not listed need not be
-/// known: their truth is not looked at. Connected components without a listed vertex keep their
-/// place beside the first that has one.
+/// known: their truth is not looked at.
 struct FitSubset {
     std::vector<int> codes;     // the others stay at the start
     std::vector<int> vertices;  // at least 3, or the turn of the shape is left open
@@ -45,9 +44,9 @@ struct FittedShape {
 };
 
 /// Codes whose *vertices* match a shape best: min over z of |g F(Dec(z)) - P|² + prior, F a solver
-/// of method §2 where the model decodes to features, g the best rigid motion for each z. Features
-/// do not say where connected components lie: each takes its centroid from the shape, and only
-/// their common rotation is g's. Levenberg-Marquardt steps over the codes of all levels at once,
+/// of method §2 where the model decodes to features, g the best rigid motion of the whole for each
+/// z: connected components lie to each other as RowPositions says. Levenberg-Marquardt steps over
+/// the codes of all levels at once,
 /// with the derivative of the decoder, of T = exp(r) S and of the linear solve. The result is never
 /// farther from P than the start.
 class VertexFit {
@@ -70,11 +69,10 @@ class VertexFit {
     std::vector<FittedShape> fit(std::span<const std::vector<Point>> truths,
                                  std::span<const float> starts) const;
 
-    /// Positions of codes (K) as the solver gives them, every connected component with the centroid
-    /// that it has in `like`, by default in the reference.
+    /// Positions of codes (K) as RowPositions gives them.
     std::vector<Point> positions(std::span<const float> codes,
                                  std::span<const Point> like = {}) const;
-    /// Derivatives of positions() in every code (K,V,3), every component with its centroid kept;
+    /// Derivatives of positions() in every code (K,V,3), the centroid kept;
     /// `lossless`: of its linear part.
     std::vector<double> derivatives(std::span<const float> codes) const;
 

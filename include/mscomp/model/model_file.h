@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "mscomp/base/channel_scale.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/vertex_places.h"
 #include "mscomp/model/learned_model.h"
 
 namespace mscomp {
@@ -16,13 +18,23 @@ struct ModelContext {
     std::string config;                 // effective configuration, YAML
     std::string source;                 // feature file the model was trained on
     std::string weights = "cotangent";  // edge weights of the features
-    TriangleMesh reference;
-    ChannelScale scale;           // of the features, fitted on the training shapes
+    TriangleMesh reference;             // on the W places: the mesh that the model knows
+    VertexPlaces places;                // of the vertices of the files,
+    TriangleMesh reference_of_files{};  // and these; empty if every vertex is a place of its own
+    ChannelScale scale;                 // of the features, fitted on the training shapes
     ChannelScale minmax;          // the papers' two global ranges (center: minmax), for [A] eq. 8
     std::string source_hash;      // XXH3 of the feature file, empty if it has none
     double largest_distance = 0;  // geodesic normaliser, unit of the mesh
     bool largest_distance_exact = false;
     std::vector<int> train_shapes, test_shapes;  // indices into the feature file
+
+    /// The reference as files have it (V).
+    const TriangleMesh& mesh() const {
+        return places.are_all_vertices() ? reference : reference_of_files;
+    }
+    /// A mesh as files have it, from positions on the places (W): coincident vertices go together,
+    /// those without a face stay where they are in the reference.
+    TriangleMesh whole(std::span<const Point> positions) const;
 };
 
 /// Writes model, context, state of training and the codes of the training shapes as one atomic,

@@ -21,7 +21,8 @@ struct ColoredShape {
     float full_blue = 0;  // the amount drawn in full colour
 };
 
-/// Meshes of what differs from the reference by a given change, in the rows of a model.
+/// Meshes of what differs from the reference by a given change, in the rows of a model: on its W
+/// places, until they are made whole for a file.
 class ComponentMeshes {
   public:
     /// Borrows the context; `rows` are those of the model (ShapeModel::rows).
@@ -29,7 +30,9 @@ class ComponentMeshes {
 
     /// The mesh whose rows are those of the reference plus `change`. Features do not say where a
     /// mesh lies: of each connected component the largest piece that `change` leaves alone stays,
-    /// by the median of its displacements; where it leaves none alone, that of all vertices.
+    /// by the median of its displacements. Components of which it leaves nothing alone keep the
+    /// place that RowPositions gives them, beside the one with the largest such piece; where there
+    /// is none, the median of all vertices stays.
     TriangleMesh mesh(std::span<const float> change) const;
     /// The same, coloured by |change| at each vertex, full from the 98th percentile of the vertices
     /// that change: a few folded ones can be far above all others.
@@ -37,10 +40,15 @@ class ComponentMeshes {
     /// How far each vertex of `mesh` is from its place in the reference, in the unit of the mesh.
     std::vector<float> displacement(const TriangleMesh& mesh) const;
 
+    /// With all vertices of the files; those without a place have no amount.
+    TriangleMesh whole(const TriangleMesh& mesh) const { return context_.whole(mesh.vertices); }
+    ColoredShape whole(const ColoredShape& shape) const;
+
   private:
     std::vector<float> reference_rows() const;
     void keep_still(TriangleMesh& mesh, const std::vector<float>& amount) const;
 
+    const ModelContext& context_;
     const TriangleMesh& reference_;
     std::vector<int> parts_;  // connected component of every vertex
     RowPositions positions_;

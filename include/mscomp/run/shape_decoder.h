@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mscomp/acap/feature_file.h"
+#include "mscomp/acap/surface_shapes.h"
 #include "mscomp/edit/code_positions.h"
 #include "mscomp/edit/vertex_fit.h"
 #include "mscomp/run/trained_run.h"
@@ -19,7 +20,7 @@ namespace mscomp {
 struct DecodedShape {
     std::vector<float> codes;     // (K) of all levels
     std::vector<float> rows;      // of the model
-    std::vector<Point> vertices;  // (V)
+    std::vector<Point> vertices;  // (W)
 };
 
 /// Turns shapes of a feature file into what a run makes of them, a few at a time: the same bits for
@@ -33,8 +34,8 @@ class ShapeDecoder {
     /// called before every shape, perhaps from several threads, and may throw; it may be empty.
     ShapeDecoder(TrainedRun& run, const FeatureFile& file, std::function<void()> check_stop);
 
-    /// The vertices of a shape of the file, (V).
-    std::vector<Point> truth(int shape) const { return points_of(file_.vertices(shape)); }
+    /// The vertices of a shape of the file on the places of the run, (W), as are all below.
+    std::vector<Point> truth(int shape) const { return points_of(shapes_.vertices(shape)); }
 
     /// Features fit: the codes of the model's encoder, vertices without loss; of the output of the
     /// first `levels` levels, 0 meaning all.
@@ -48,7 +49,7 @@ class ShapeDecoder {
     /// looks at nothing else, and Poisson it is, with a stronger prior.
     std::vector<DecodedShape> fit(std::span<const int> shapes, std::span<const DecodedShape> starts,
                                   const FitSubset& subset = {});
-    /// Positions of codes as the steps of fit() see them, (V).
+    /// Positions of codes as the steps of fit() see them, (W).
     std::vector<Point> positions(std::span<const float> codes);
 
     /// [A] eq. 8; none where the model does not decode to features, and for a shape with those of
@@ -59,7 +60,7 @@ class ShapeDecoder {
     const VertexFit& made(std::unique_ptr<VertexFit>& fit, VertexFitOptions options);
 
     TrainedRun& run_;
-    const FeatureFile& file_;
+    SurfaceShapes shapes_;
     std::function<void()> check_stop_;
     CodePositions lossless_;
     std::unique_ptr<VertexFit> poisson_fit_, handle_fit_, lossless_fit_;  // made when first needed

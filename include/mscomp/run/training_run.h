@@ -13,7 +13,10 @@ namespace mscomp {
 struct TrainingOptions {
     bool resume = false;  // go on from the checkpoint of the folder if there is one
     std::string title;    // first line of log.txt, behind the date: what began this
-    /// Before the first epoch, with what is done already. May be empty, as may all that follow.
+    /// What is odd about whole shapes, before anything is learnt of them; it is in log.txt, too.
+    /// May be empty, as may all that follow.
+    std::function<void(const std::string& sentence)> on_warning;
+    /// Before the first epoch, with what is done already.
     std::function<void(const TrainingState& state)> on_begin;
     /// After every epoch; the names are those of the terms.
     std::function<void(const EpochReport& report, const std::vector<std::string>& terms)> on_epoch;

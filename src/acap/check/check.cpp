@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <optional>
+#include <span>
 
-#include "acap/float_range.h"
+#include "acap/coincident_vertices.h"
+#include "acap/mesh/float_range.h"
 #include "acap/mesh/polygon_mesh.h"
 #include "check_findings.h"
 #include "mscomp/base/index.h"
@@ -16,8 +19,6 @@
 
 namespace mscomp {
 namespace {
-
-constexpr double kMost = 0.999;
 
 Refusal refusal_of(const Error& error) {
     if (const auto* input = dynamic_cast<const InputError*>(&error)) {
@@ -61,6 +62,9 @@ class Checker {
             look_at_files(progress);
         }
         find_refusals(files_, report_, report_.findings);
+        if (coincident_) {
+            find_coincident(coincident_->lowest(), report_.reference, report_.findings);
+        }
         if (meter_) {
             find_in_shapes(files_, face_numbers_, reference_, report_, report_.findings);
             find_copies(files_, *meshes_, reference_, meter_->radius(), report_.findings);
@@ -113,7 +117,13 @@ class Checker {
     }
 
     void measure_reference() {
-        const std::vector<Point> points = meshes_->shape(0);
+        const TriangleMesh mesh{meshes_->shape(0), meshes_->faces()};
+        coincident_ = std::make_unique<CoincidentVertices>(mesh);
+        std::vector<int> own(mesh.vertices.size());
+        std::iota(own.begin(), own.end(), 0);
+        const VertexPlaces used(own, mesh.faces);
+        const std::vector<Point> points = used.of_places(std::span(mesh.vertices));
+        if (points.empty()) return refuse_reference_without_area("it has no faces");
         report_.vertices = meshes_->vertex_count();
         report_.faces = *std::max_element(face_numbers_.begin(), face_numbers_.end());
         report_.lowest = report_.highest = points.front();
@@ -132,18 +142,22 @@ class Checker {
                           report_.findings);
         if (is_too_small_for_float(points)) return refuse_small_reference();
         try {
-            meter_ = std::make_unique<FrameMeter>(TriangleMesh{points, meshes_->faces()});
+            meter_ = std::make_unique<FrameMeter>(mesh, used);
             StretchHistogram unused;
-            reference_ = meter_->measure(points, unused);
+            reference_ = meter_->measure(mesh.vertices, unused);
             find_reference_geometry(*meter_, face_numbers_, report_.reference, report_.findings);
         } catch (const MeshError& error) {
-            FindingBuilder builder(Severity::error, "reference_without_area");
-            builder.add({.text = error.what(), .file = report_.reference});
-            builder.finish("the reference has no face with an area",
-                           "Features need a surface. Is this a point cloud, or was everything "
-                           "scaled to zero?",
-                           report_.findings);
+            refuse_reference_without_area(error.what());
         }
+    }
+
+    void refuse_reference_without_area(std::string text) {
+        FindingBuilder builder(Severity::error, "reference_without_area");
+        builder.add({.text = std::move(text), .file = report_.reference});
+        builder.finish("the reference has no face with an area",
+                       "Features need a surface. Is this a point cloud, or was everything scaled "
+                       "to zero?",
+                       report_.findings);
     }
 
     void refuse_small_reference() {
@@ -168,7 +182,7 @@ class Checker {
             for (const StretchHistogram& histogram : histograms) total.add(histogram);
             if (progress) progress(static_cast<int>(end), report_.files);
         }
-        report_.stretch.most_below = total.quantile(kMost);
+        report_.stretch.most_below = total.quantile(kMostStretches);
         for (const CheckedFile& file : files_) {
             if (file.refusal) continue;
             ++report_.usable;
@@ -189,6 +203,7 @@ class Checker {
             file.refusal = refusal_of(error, file.path, meshes_->vertex_count());
             return;
         }
+        coincident_->keep(shape);
         if (meter_) file.facts = meter_->measure(shape, histogram);
     }
 
@@ -213,6 +228,7 @@ class Checker {
     std::vector<CheckedFile> files_;
     std::optional<MeshFiles> meshes_;  // shape 0 is the reference, shape i+1 is file i
     std::vector<int> face_numbers_;    // (F) of every triangle, in the file
+    std::unique_ptr<CoincidentVertices> coincident_;
     std::unique_ptr<FrameMeter> meter_;
     FrameFacts reference_;
     CheckReport report_;

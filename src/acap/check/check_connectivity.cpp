@@ -163,10 +163,12 @@ class ConnectivityFinder {
             if (in_face[at(i)] != 0) continue;
             builder.add(vertex_place(i, fmt::format("vertex {}", i + 1)));
         }
-        builder.finish(counted(builder.count(), "vertex is", "vertices are") + " in no face",
-                       "They get no deformation and cannot be reconstructed where they were. "
-                       "Remove them from all files if they are leftovers.",
-                       findings);
+        builder.finish(
+            counted(builder.count(), "vertex is", "vertices are") + " in no face",
+            "They get no deformation, have no part in alignment, scale and measures, and "
+            "stay where the reference has them in what is learnt. Remove them from all "
+            "files if they are leftovers.",
+            findings);
     }
 
     void find_components(std::vector<Finding>& findings) const {
@@ -235,6 +237,25 @@ void find_connectivity(int vertex_count, const std::vector<Face>& faces,
     report.boundary_loops = finder.report().boundary_loops;
 }
 
+void find_coincident(const std::vector<int>& lowest, const std::string& path,
+                     std::vector<Finding>& findings) {
+    FindingBuilder builder(Severity::note, "coincident_vertices");
+    for (std::size_t v = 0; v < lowest.size(); ++v) {
+        const int other = lowest[v];
+        if (at(other) == v) continue;
+        const int vertex = static_cast<int>(v) + 1;
+        builder.add({.text = fmt::format("vertex {} lies on {}", vertex, other + 1),
+                     .file = path,
+                     .vertex = vertex,
+                     .other_vertex = other + 1});
+    }
+    builder.finish(
+        counted(builder.count(), "vertex lies", "vertices lie") + " on another one in every shape",
+        "As along a UV seam or in a triangle soup. They are one place of the surface: "
+        "what is learnt moves them together, and files keep them apart.",
+        findings);
+}
+
 void find_reference_geometry(const FrameMeter& meter, const std::vector<int>& face_numbers,
                              const std::string& path, std::vector<Finding>& findings) {
     const auto find = [&](const Occurrences& found, const char* kind, bool is_face,
@@ -246,7 +267,7 @@ void find_reference_geometry(const FrameMeter& meter, const std::vector<int>& fa
             place.face = face_numbers[at(found.first)];
             place.text = fmt::format("the first is face {}", place.face);
         } else {
-            place.vertex = found.first + 1;
+            place.vertex = meter.vertex(found.first) + 1;
             place.text = fmt::format("the first is vertex {}", place.vertex);
         }
         builder.add(std::move(place), found.count);

@@ -12,16 +12,6 @@
 namespace mscomp {
 namespace {
 
-// Bounds on what a deformation does to edges. Measured on bodies, hands, faces, cloth and animals:
-// the median deviation of the logarithm stays below 0.08, and no edge of a quarter of the shape's
-// radius is four times as long as the others would have it.
-constexpr double kSpread = 0.25;         // median deviation of log ratios
-constexpr double kSpreadIfLong = 0.15;   // where most edges also span half the shape's radius:
-constexpr double kSpanning = 0.5;        // pairs drawn at random on a sphere reach only 0.24
-constexpr double kLongerThanSize = 1.6;  // median ratio over size ratio
-constexpr double kLongRatio = 4.0;
-constexpr double kLongShare = 0.25;  // of the RMS radius of the shape
-constexpr int kSeamEdges = 8;
 constexpr double kStrayRatio = 6.0;
 constexpr double kBetterShifted = 2.0;
 constexpr double kWorthExplaining = 3e-3;  // mean square of log ratios about their mean
@@ -32,11 +22,6 @@ double median_of(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
-}
-
-double median_deviation(std::vector<double> values, double median) {
-    for (double& value : values) value = std::abs(value - median);
-    return median_of(std::move(values));
 }
 
 double variance_of(const std::vector<double>& values) {
@@ -74,6 +59,7 @@ double rms_radius(const std::vector<Point>& points) {
 EdgeStretchTest::EdgeStretchTest(const std::vector<Point>& reference, const OneRings& rings)
     : vertex_count_(reference.size()),
       all_edges_(rings.neighbors.size() / 2),
+      order_(reference, rings),
       radius_(rms_radius(reference)) {
     for (int i = 0; i < rings.vertex_count(); ++i) {
         const auto place = at(i);
@@ -113,30 +99,6 @@ bool EdgeStretchTest::fits_better_shifted(const std::vector<Point>& shape,
     return false;
 }
 
-double EdgeStretchTest::median_length(const std::vector<double>& ratios) const {
-    std::vector<double> logs(ratios);
-    for (std::size_t k = 0; k < edges_.size(); ++k) logs[k] += edges_[k].log_length;
-    return std::exp(median_of(std::move(logs)));
-}
-
-int EdgeStretchTest::first_out_of_place(const std::vector<double>& ratios,
-                                        double log_size_ratio) const {
-    std::vector<int> edges(vertex_count_, 0), longer(vertex_count_, 0);
-    std::size_t longest = 0;
-    for (std::size_t k = 0; k < edges_.size(); ++k) {
-        const bool is_long = ratios[k] - log_size_ratio > std::log(kLongRatio);
-        for (const int vertex : {edges_[k].from, edges_[k].to}) {
-            ++edges[at(vertex)];
-            longer[at(vertex)] += is_long ? 1 : 0;
-        }
-        if (ratios[k] > ratios[longest]) longest = k;
-    }
-    for (std::size_t i = 0; i < vertex_count_; ++i) {
-        if (edges[i] > 0 && 2 * longer[i] >= edges[i]) return static_cast<int>(i);
-    }
-    return edges_[longest].from;
-}
-
 EdgeStretch EdgeStretchTest::compare(const std::vector<Point>& shape) const {
     EdgeStretch result;
     const double radius = rms_radius(shape);
@@ -163,25 +125,10 @@ EdgeStretch EdgeStretchTest::compare(const std::vector<Point>& shape) const {
         const double value = least[at(vertex)];
         return value > std::log(kStrayRatio) && value < kNone;
     };
-    int seam_edges = 0;
-    for (std::size_t k = 0; k < edges_.size(); ++k) {
-        const auto [from, to, log_length] = edges_[k];
-        if (ratios[k] - median > std::log(kLongRatio) &&
-            std::exp(ratios[k] + log_length) > kLongShare * radius && !is_stray(from) &&
-            !is_stray(to)) {
-            ++seam_edges;
-        }
-    }
-    const double spread = median_deviation(ratios, median);
-    const bool scrambled = result.median_ratio > kLongerThanSize * result.size_ratio &&
-                           (spread > kSpread ||
-                            (spread > kSpreadIfLong && median_length(ratios) > kSpanning * radius));
-    result.permuted = scrambled || seam_edges >= kSeamEdges || fits_better_shifted(shape, ratios);
-    if (result.permuted) {
-        const double usual = scrambled ? std::log(result.size_ratio) : median;
-        result.first_permuted = first_out_of_place(ratios, usual);
-        return result;
-    }
+    result.first_permuted = order_.first_out_of_place(shape);
+    if (result.first_permuted < 0 && fits_better_shifted(shape, ratios)) result.first_permuted = 0;
+    result.permuted = result.first_permuted >= 0;
+    if (result.permuted) return result;
     for (int i = 0; i < static_cast<int>(vertex_count_); ++i) {
         const auto place = at(i);
         if (is_stray(i)) result.stray.push_back(i);

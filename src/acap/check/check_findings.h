@@ -61,6 +61,10 @@ void find_connectivity(int vertex_count, const std::vector<Face>& faces,
                        const std::vector<int>& face_numbers, CheckReport& report,
                        std::vector<Finding>& findings);
 
+/// Vertices that lie on others in every shape, given the lowest one that each (V) lies on.
+void find_coincident(const std::vector<int>& lowest, const std::string& path,
+                     std::vector<Finding>& findings);
+
 /// What is odd about the surface of the reference.
 void find_reference_geometry(const FrameMeter& meter, const std::vector<int>& face_numbers,
                              const std::string& path, std::vector<Finding>& findings);

@@ -4,19 +4,24 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
-#include "acap/float_range.h"
+#include "acap/mesh/float_range.h"
 #include "acap/polar.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
 
 namespace mscomp {
 namespace {
+
+// A ring of this share of the usual width is pinched; one of twice the usual width is stretched.
+constexpr double kPinched = 0.25;
+constexpr double kStretched = 2.0;
 
 // A reference that bends less than this (root mean square sine) is flat: it has no mirror image.
 constexpr double kFlat = 0.02;
@@ -60,39 +65,43 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
     return aa > flat && bb > flat ? ab / std::sqrt(aa * bb) : 1.0;
 }
 
+/// How far a ring spreads in the direction in which it is second widest: 0 where it is pinched to a
+/// line or a point.
+double ring_width(const std::vector<Point>& points, const OneRings& rings, std::size_t vertex) {
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (int place = rings.offsets[vertex]; place < rings.offsets[vertex + 1]; ++place) {
+        const auto j = at(rings.neighbors[at(place)]);
+        const Eigen::Vector3d edge = as_vector(points[j]) - as_vector(points[vertex]);
+        spread += edge * edge.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread, Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(eigen.eigenvalues()[1], 0.0));
+}
+
+double median_ring_width(const std::vector<Point>& points, const OneRings& rings) {
+    std::vector<double> widths;
+    widths.reserve(points.size());
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        widths.push_back(ring_width(points, rings, v));
+    }
+    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+    std::nth_element(widths.begin(), middle, widths.end());
+    return *middle;
+}
+
 }  // namespace
 
-void StretchHistogram::add(double value) {
-    if (!(value >= 0)) return;
-    const double place = (std::log10(value) - kLowestDecade) * kBinsPerDecade;
-    ++counts_[static_cast<std::size_t>(std::clamp(place, 0.0, kBins - 1.0))];
-}
-
-void StretchHistogram::add(const StretchHistogram& other) {
-    for (std::size_t bin = 0; bin < counts_.size(); ++bin) counts_[bin] += other.counts_[bin];
-}
-
-double StretchHistogram::quantile(double share) const {
-    std::int64_t total = 0, seen = 0;
-    for (const std::int64_t count : counts_) total += count;
-    if (total == 0) return 0;
-    for (std::size_t bin = 0; bin < counts_.size(); ++bin) {
-        seen += counts_[bin];
-        if (static_cast<double>(seen) < share * static_cast<double>(total)) continue;
-        return std::pow(10.0, kLowestDecade + static_cast<double>(bin + 1) / kBinsPerDecade);
-    }
-    return std::pow(10.0, kHighestDecade);
-}
-
-FrameMeter::FrameMeter(const TriangleMesh& reference)
-    : reference_(reference),
-      gradients_(reference, EdgeWeights::cotangent),
-      edges_(reference.vertices, gradients_.rings()),
-      center_(centroid_of(reference.vertices)),
-      radius_(rms_radius(reference.vertices)) {
+FrameMeter::FrameMeter(const TriangleMesh& reference, VertexPlaces used)
+    : used_(std::move(used)),
+      reference_(used_.surface(reference)),
+      gradients_(reference_, EdgeWeights::cotangent),
+      edges_(reference_.vertices, gradients_.rings()),
+      center_(centroid_of(reference_.vertices)),
+      radius_(rms_radius(reference_.vertices)),
+      usual_width_(median_ring_width(reference_.vertices, gradients_.rings())) {
     std::map<std::pair<int, int>, int> side;
-    for (int f = 0; f < reference.face_count(); ++f) {
-        const Face& face = reference.faces[at(f)];
+    for (int f = 0; f < reference_.face_count(); ++f) {
+        const Face& face = reference_.faces[at(f)];
         for (std::size_t k = 0; k < 3; ++k) side[{face[k], face[(k + 1) % 3]}] = f;
     }
     for (const auto& [ends, left] : side) {
@@ -100,7 +109,7 @@ FrameMeter::FrameMeter(const TriangleMesh& reference)
         if (ends.first > ends.second || opposite == side.end()) continue;
         hinges_.push_back({ends.first, ends.second, left, opposite->second});
     }
-    reference_bends_ = bends(reference.vertices);
+    reference_bends_ = bends(reference_.vertices);
 }
 
 /// Sine of the angle between the two faces of every hinge, positive where the surface is convex.
@@ -122,8 +131,28 @@ std::vector<double> FrameMeter::bends(const std::vector<Point>& shape) const {
 }
 
 FrameFacts FrameMeter::measure(const std::vector<Point>& shape, StretchHistogram& histogram) const {
-    FrameFacts facts;
+    FrameFacts facts = measure_used(used_.of_places(std::span(shape)), histogram);
     facts.hash = hash_of(shape);
+    number_as_files(facts);
+    return facts;
+}
+
+void FrameMeter::number_as_files(FrameFacts& facts) const {
+    const auto renumber = [&](int& vertex) {
+        if (vertex >= 0) vertex = used_.vertex(vertex);
+    };
+    renumber(facts.folded_rings.first);
+    renumber(facts.mirrored.first);
+    renumber(facts.largest_stretch_vertex);
+    renumber(facts.sharpest_turn_vertex);
+    renumber(facts.edges.first_permuted);
+    for (int& vertex : facts.edges.stray) renumber(vertex);
+    for (int& vertex : facts.edges.shrunk) renumber(vertex);
+}
+
+FrameFacts FrameMeter::measure_used(const std::vector<Point>& shape,
+                                    StretchHistogram& histogram) const {
+    FrameFacts facts;
     facts.invariant = frame_invariants(shape);
     facts.edges = edges_.compare(shape);
     const double size = std::max(radius_, rms_radius(shape));
@@ -131,7 +160,18 @@ FrameFacts FrameMeter::measure(const std::vector<Point>& shape, StretchHistogram
     facts.origin_distance = distance_from_origin(shape);
     facts.bend_agreement = correlation(reference_bends_, bends(shape));
     measure_gradients(shape, facts, histogram);
+    if (facts.largest_stretch_vertex >= 0) {
+        facts.opens_a_pinch =
+            opens_a_pinch(shape, facts.largest_stretch_vertex, facts.edges.median_ratio);
+    }
     return facts;
+}
+
+bool FrameMeter::opens_a_pinch(const std::vector<Point>& shape, int vertex,
+                               double size_ratio) const {
+    const OneRings& rings = gradients_.rings();
+    return ring_width(reference_.vertices, rings, at(vertex)) < kPinched * usual_width_ &&
+           ring_width(shape, rings, at(vertex)) < kStretched * size_ratio * usual_width_;
 }
 
 void FrameMeter::measure_gradients(const std::vector<Point>& shape, FrameFacts& facts,

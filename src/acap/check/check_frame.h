@@ -9,23 +9,10 @@
 #include "acap/deformation_gradient.h"
 #include "check_edges.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/vertex_places.h"
+#include "stretch_histogram.h"
 
 namespace mscomp {
-
-/// How often |S - I| (largest entry of a vertex) fell into each of the logarithmic bins.
-class StretchHistogram {
-  public:
-    void add(double value);
-    void add(const StretchHistogram& other);
-    /// Upper end of the bin in which `share` of all values is reached; 0 without values.
-    double quantile(double share) const;
-
-  private:
-    static constexpr int kBinsPerDecade = 128;
-    static constexpr int kLowestDecade = -8, kHighestDecade = 8;
-    static constexpr int kBins = kBinsPerDecade * (kHighestDecade - kLowestDecade) + 1;
-    std::array<std::int64_t, kBins> counts_{};
-};
 
 constexpr std::size_t kInvariants = 8;
 
@@ -41,26 +28,32 @@ struct FrameFacts {
     Occurrences zero_area_faces, folded_rings, mirrored;
     double largest_stretch = 0;  // |S - I|, largest entry
     int largest_stretch_vertex = -1;
-    double sharpest_turn = 0;  // radians between the rotations of two neighbours
+    bool opens_a_pinch = false;  // there: the reference is pinched, and the shape is not
+    double sharpest_turn = 0;    // radians between the rotations of two neighbours
     int sharpest_turn_vertex = -1;
 };
 
-/// Measures shapes against a reference of the same connectivity.
+/// Measures shapes against a reference of the same connectivity. Vertices that no face uses have no
+/// say in anything but the hash.
 class FrameMeter {
   public:
     /// Throws MeshError if the reference has no face with an area.
-    FrameMeter(const TriangleMesh& reference);
+    FrameMeter(const TriangleMesh& reference, VertexPlaces used);
 
     /// Facts about `shape` (V positions); adds its |S - I| to `histogram`.
     FrameFacts measure(const std::vector<Point>& shape, StretchHistogram& histogram) const;
 
+    /// Of the vertices that faces use.
     const DeformationGradients& gradients() const { return gradients_; }
+    /// The number in the files of such a vertex.
+    int vertex(int used) const { return used_.vertex(used); }
     const EdgeStretchTest& edges() const { return edges_; }
     double radius() const { return radius_; }
 
   private:
     void measure_gradients(const std::vector<Point>& shape, FrameFacts& facts,
                            StretchHistogram& histogram) const;
+    bool opens_a_pinch(const std::vector<Point>& shape, int vertex, double size_ratio) const;
     void measure_turns(const std::vector<Eigen::Matrix3d>& rotations, FrameFacts& facts) const;
     std::vector<double> bends(const std::vector<Point>& shape) const;
 
@@ -70,13 +63,18 @@ class FrameMeter {
         int left, right;
     };
 
-    TriangleMesh reference_;
+    FrameFacts measure_used(const std::vector<Point>& shape, StretchHistogram& histogram) const;
+    void number_as_files(FrameFacts& facts) const;
+
+    VertexPlaces used_;
+    TriangleMesh reference_;  // of the vertices that faces use, as all below
     DeformationGradients gradients_;
     EdgeStretchTest edges_;
     std::vector<Hinge> hinges_;
     std::vector<double> reference_bends_;
     Point center_;
     double radius_;
+    double usual_width_;  // median of the rings of the reference
 };
 
 }  // namespace mscomp

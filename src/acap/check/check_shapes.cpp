@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "acap/float_range.h"
+#include "acap/mesh/float_range.h"
 #include "check_findings.h"
 #include "mscomp/base/index.h"
 
@@ -15,9 +15,7 @@ namespace mscomp {
 namespace {
 
 constexpr double kMirrorImage = -0.3;  // bend_agreement: real poses stay above 0.85
-constexpr double kOtherUnit = 2.0;     // times larger or smaller, in size and in edges
 constexpr double kFarAway = 10.0;      // centroids apart, in radii
-constexpr double kOutlier = 8.0;       // largest |S - I| over its 99.9 % quantile
 constexpr double kSharpTurn = 150.0 / 180 * std::numbers::pi;
 
 /// Names a unit mix-up where a ratio looks like one.
@@ -82,11 +80,6 @@ class ShapeFinder {
 
     static bool is_mirror_image(const FrameFacts& facts) {
         return !facts.edges.permuted && facts.bend_agreement < kMirrorImage;
-    }
-    static bool is_other_unit(const FrameFacts& facts) {
-        const double size = facts.edges.size_ratio, edges = facts.edges.median_ratio;
-        return (size > kOtherUnit && edges > kOtherUnit) ||
-               (size * kOtherUnit < 1 && edges * kOtherUnit < 1);
     }
     std::string perhaps_reference(std::int64_t shapes) const {
         if (shapes < 2 || 2 * shapes <= report_.usable) return "";
@@ -191,7 +184,7 @@ class ShapeFinder {
     void find_other_units(std::vector<Finding>& findings) const {
         FindingBuilder builder(Severity::warning, "other_scale");
         for_each([&](const CheckedFile& file) {
-            if (!is_other_unit(file.facts)) return;
+            if (!file.facts.edges.is_other_unit()) return;
             const double ratio = file.facts.edges.median_ratio;
             builder.add(place_in(
                 file, ratio > 1 ? fmt::format("{:.4g} times as large{}", ratio, unit_hint(ratio))
@@ -246,20 +239,28 @@ class ShapeFinder {
 
     void find_outlier(std::vector<Finding>& findings) const {
         const StretchRange& range = report_.stretch;
-        if (!(range.largest > kOutlier * range.most_below) || !(range.largest > 1)) return;
-        FindingBuilder builder(Severity::warning, "stretch_outlier");
-        std::string sentence = fmt::format(
+        if (!is_stretch_outlier(range.largest, range.most_below)) return;
+        FindingBuilder of_shapes(Severity::warning, "stretch_outlier");
+        FindingBuilder of_reference(Severity::warning, "reference_pinched");
+        for_each([&](const CheckedFile& file) {
+            const FrameFacts& facts = file.facts;
+            if (!is_stretch_outlier(facts.largest_stretch, range.most_below)) return;
+            (facts.opens_a_pinch ? of_reference : of_shapes)
+                .add(vertex_in(file, facts.largest_stretch_vertex,
+                               fmt::format("{:.4g} at", facts.largest_stretch)));
+        });
+        const std::string sentence = fmt::format(
             "the largest stretch is {:.4g}, but 99.9 % of the vertices stay below {:.3g}",
             range.largest, range.most_below);
-        for_each([&](const CheckedFile& file) {
-            if (!(file.facts.largest_stretch > kOutlier * range.most_below)) return;
-            builder.add(vertex_in(file, file.facts.largest_stretch_vertex,
-                                  fmt::format("{:.4g} at", file.facts.largest_stretch)));
-        });
-        builder.finish(
-            std::move(sentence),
-            "One scale serves all shapes, so this vertex makes everything else small for "
-            "the network. Mend it or leave the shape out.",
+        of_shapes.finish(sentence,
+                         "One scale serves all shapes, so this vertex makes everything else small "
+                         "for the network. Mend it or leave the shape out.",
+                         findings);
+        of_reference.finish(
+            "the reference is pinched where shapes are not: " + sentence,
+            "One scale serves all shapes, so this makes everything else small for the network. "
+            "Nothing is wrong with the shapes: choose a reference that is open there with "
+            "--reference.",
             findings);
     }
 

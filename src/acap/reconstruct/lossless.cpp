@@ -134,12 +134,13 @@ LosslessReconstruction& LosslessReconstruction::operator=(LosslessReconstruction
 LosslessReconstruction::~LosslessReconstruction() = default;
 
 ReconstructedShape LosslessReconstruction::solve(std::span<const float> features,
-                                                 std::span<const Point> like) const {
+                                                 std::span<const Point> like, Pieces pieces) const {
     const State& state = *state_;
     ReconstructedShape result;
-    result.vertices = state.poisson.solve(features, like);
-    const std::vector<Eigen::Matrix3d> wanted =
-        state.equations.wanted(gradients_of_features(features, result.vertices.size()));
+    result.vertices = state.poisson.solve(features, like, pieces);
+    const std::vector<Eigen::Matrix3d> gradients =
+        gradients_of_features(features, result.vertices.size());
+    const std::vector<Eigen::Matrix3d> wanted = state.equations.wanted(gradients);
     state.tangential.apply(wanted, result.vertices);
     result.residual = state.tangential.residual(wanted, result.vertices);
     const auto energy = [&](const std::vector<Point>& x, std::vector<Point>& derivative) {
@@ -159,7 +160,11 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
         result.steps = found.steps;
         result.converged = found.converged;
     }
-    state.placement.apply(like, result.vertices);
+    if (like.empty() || pieces == Pieces::joined) {
+        state.placement.join(gradients, like, result.vertices);
+    } else {
+        state.placement.apply(like, result.vertices);
+    }
     return result;
 }
 

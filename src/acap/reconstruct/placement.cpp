@@ -3,11 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
+#include "acap/edge_weights.h"
+#include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/points.h"
 
 namespace mscomp {
-
 Placement::Placement(const OneRings& rings, std::vector<Point> reference)
     : component_(connected_components(rings)) {
     for (std::size_t i = 0; i < component_.size(); ++i) {
@@ -15,7 +19,33 @@ Placement::Placement(const OneRings& rings, std::vector<Point> reference)
         ++component_count_;
         first_vertices_.push_back(static_cast<int>(i));
     }
-    reference_centroids_ = centroids(reference);
+    reference_ = std::move(reference);
+    reference_centroids_ = centroids(reference_);
+    joints_ = piece_joints(reference_, component_);
+}
+
+std::vector<Eigen::Vector3d> Placement::shifts(
+    const std::function<Eigen::Vector3d(int)>& position,
+    const std::function<const Eigen::Matrix3d&(int)>& gradient) const {
+    std::vector<Eigen::Vector3d> shifts(at(component_count_), Eigen::Vector3d::Zero());
+    for (const PieceJoint& joint : joints_) {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (const auto& [from, to] : joint.links) {
+            const Eigen::Matrix3d mean = 0.5 * (gradient(from) + gradient(to));
+            const Eigen::Vector3d edge =
+                as_vector(reference_[at(to)]) - as_vector(reference_[at(from)]);
+            sum += position(from) + mean * edge - position(to);
+        }
+        shifts[at(joint.to)] =
+            shifts[at(joint.from)] + sum / static_cast<double>(joint.links.size());
+    }
+    return shifts;
+}
+
+void Placement::check_size(std::span<const Point> like) const {
+    if (like.empty() || like.size() == component_.size()) return;
+    throw MeshError(fmt::format("placement like a shape of {} vertices, wanted {}", like.size(),
+                                component_.size()));
 }
 
 std::vector<Point> Placement::centroids(std::span<const Point> positions) const {
@@ -35,10 +65,7 @@ std::vector<Point> Placement::centroids(std::span<const Point> positions) const 
 
 void Placement::apply(std::span<const Point> like, std::vector<Point>& positions,
                       const std::vector<char>& left_alone) const {
-    if (!like.empty() && like.size() != positions.size()) {
-        throw MeshError(fmt::format("placement like a shape of {} vertices, wanted {}", like.size(),
-                                    positions.size()));
-    }
+    check_size(like);
     const std::vector<Point> wanted = like.empty() ? reference_centroids_ : centroids(like);
     const std::vector<Point> found = centroids(positions);
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -47,6 +74,25 @@ void Placement::apply(std::span<const Point> like, std::vector<Point>& positions
         for (std::size_t axis = 0; axis < 3; ++axis) {
             positions[i][axis] += wanted[c][axis] - found[c][axis];
         }
+    }
+}
+
+void Placement::join(const std::vector<Eigen::Matrix3d>& gradients, std::span<const Point> like,
+                     std::vector<Point>& positions) const {
+    check_size(like);
+    if (positions.empty()) return;
+    if (has_joints()) {
+        const std::vector<Eigen::Vector3d> moves =
+            shifts([&](int v) -> Eigen::Vector3d { return as_vector(positions[at(v)]); },
+                   [&](int v) -> const Eigen::Matrix3d& { return gradients[at(v)]; });
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+            Eigen::Map<Eigen::Vector3d>(positions[i].data()) += moves[at(component_[i])];
+        }
+    }
+    const Point wanted = mean_point(like.empty() ? std::span<const Point>(reference_) : like);
+    const Point move = minus(wanted, mean_point(positions));
+    for (Point& position : positions) {
+        for (std::size_t axis = 0; axis < 3; ++axis) position[axis] += move[axis];
     }
 }
 

@@ -80,11 +80,15 @@ PoissonReconstruction& PoissonReconstruction::operator=(PoissonReconstruction&&)
 PoissonReconstruction::~PoissonReconstruction() = default;
 
 std::vector<Point> PoissonReconstruction::solve(std::span<const float> features,
-                                                std::span<const Point> like) const {
+                                                std::span<const Point> like, Pieces pieces) const {
     const std::vector<Eigen::Matrix3d> gradients =
         gradients_of_features(features, state_->reference.size());
     std::vector<Point> result = state_->system.solve(state_->right_hand_sides(gradients));
-    state_->placement.apply(like, result);
+    if (like.empty() || pieces == Pieces::joined) {
+        state_->placement.join(gradients, like, result);
+    } else {
+        state_->placement.apply(like, result);
+    }
     return result;
 }
 

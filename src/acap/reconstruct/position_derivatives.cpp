@@ -55,6 +55,8 @@ class Group {
   public:
     explicit Group(const LinearPositions& positions) : positions_(positions) {
         for (auto& rows : rows_) rows.assign(vertex_count(), Lanes<kLanes>{});
+        if (!positions.placement.has_joints()) return;
+        for (auto& changes : changes_) changes.assign(vertex_count(), Matrix3d::Zero());
     }
 
     void add(std::size_t place, const FeatureDirection& direction,
@@ -72,6 +74,7 @@ class Group {
                 own -= pull;
             }
             add(v, place, own);
+            if (!changes_[place].empty()) changes_[place][v] = change;
         }
     }
 
@@ -80,25 +83,29 @@ class Group {
         for (auto& rows : rows_) positions_.system.solve(rows, work, scratch);
     }
 
-    /// The change of all positions along the direction at `place`.
+    /// The change of all positions along the direction at `place`, the components joined.
     void get(std::size_t place, std::span<double> changes) const {
         const std::vector<int>& component = positions_.placement.component();
-        const auto count = at(positions_.placement.component_count());
-        std::vector<Vector3d> sums(count, Vector3d::Zero());
-        std::vector<int> sizes(count, 0);
+        const std::vector<Vector3d> shifts = shifts_of_components(place);
+        Vector3d mean = Vector3d::Zero();
         for (std::size_t i = 0; i < vertex_count(); ++i) {
-            const auto c = at(component[i]);
-            sums[c] += row(i, place);
-            ++sizes[c];
+            mean += row(i, place) + shifts[at(component[i])];
         }
-        for (std::size_t c = 0; c < count; ++c) sums[c] /= sizes[c];
+        mean /= static_cast<int>(vertex_count());
         for (std::size_t i = 0; i < vertex_count(); ++i) {
-            Eigen::Map<Vector3d>(changes.data() + 3 * i) = row(i, place) - sums[at(component[i])];
+            Eigen::Map<Vector3d>(changes.data() + 3 * i) =
+                row(i, place) + shifts[at(component[i])] - mean;
         }
     }
 
   private:
     std::size_t vertex_count() const { return positions_.placement.component().size(); }
+
+    std::vector<Vector3d> shifts_of_components(std::size_t place) const {
+        return positions_.placement.shifts(
+            [&](int v) { return row(at(v), place); },
+            [&](int v) -> const Matrix3d& { return changes_[place][at(v)]; });
+    }
 
     void add(std::size_t vertex, std::size_t place, const Vector3d& value) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -114,7 +121,8 @@ class Group {
     }
 
     const LinearPositions& positions_;
-    std::array<std::vector<Lanes<kLanes>>, kBlocks> rows_;  // (V, kLanes) each
+    std::array<std::vector<Lanes<kLanes>>, kBlocks> rows_;    // (V, kLanes) each
+    std::array<std::vector<Matrix3d>, kDirections> changes_;  // (V) dT, if components are joined
 };
 
 }  // namespace

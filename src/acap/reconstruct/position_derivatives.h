@@ -14,7 +14,7 @@ namespace mscomp {
 
 /// Positions that depend linearly on the deformation gradients: A p' = Σ_v of what T_v adds to the
 /// right-hand sides of its ring, T_v q_vj to that of each neighbour j and minus their sum to its
-/// own, every connected component then moved to a centroid. Borrows everything.
+/// own, the connected components then joined and the whole moved to a centroid. Borrows everything.
 struct LinearPositions {
     const OneRings& rings;
     const std::vector<Eigen::Vector3d>& pulls;  // q_vj beside rings.neighbors

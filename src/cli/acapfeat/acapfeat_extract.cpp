@@ -60,8 +60,10 @@ std::vector<std::string> warnings_of_inputs(const ShapeSource& shapes, const Fea
 /// `doubt` is about the order of the shapes.
 FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& reference,
                            const std::string& doubt, const ExtractCommand& options) {
-    const ExtractOptions extraction{parse_edge_weights(options.weights), options.align};
-    FeatureFileWriter file(options.output, feature_outline(shapes, reference, extraction));
+    ExtractOptions extraction{parse_edge_weights(options.weights), options.align, {}};
+    extraction.places = vertex_places(shapes, reference);
+    FeatureFileWriter file(options.output, feature_outline(shapes, reference, extraction),
+                           *extraction.places);
     const auto stop_if_interrupted = [] {
         throw_if_interrupted("interrupted; nothing was written");
     };

@@ -63,11 +63,12 @@ Point aligned(const Point& position, const std::array<double, 9>& rotation,
     return result;
 }
 
-/// One shape in the frame of the features.
+/// One shape on its W places, in the frame of the features.
 struct Solved {
     std::vector<Point> input;  // the mesh the features were taken from
     ReconstructedShape shape;
     std::vector<Point> poisson;
+    std::vector<Point> written;  // as who reads its file finds it
     double seconds = 0, poisson_seconds = 0;
 };
 
@@ -90,12 +91,13 @@ class ShapeReconstruction {
         : options_(options),
           file_(file),
           set_(file.outline()),
-          poisson_(set_.reference, parse_edge_weights(set_.weights)) {
+          surface_(set_.places.surface(set_.reference)),
+          poisson_(surface_, parse_edge_weights(set_.weights)) {
         if (options.solver == "lossless") {
-            lossless_.emplace(set_.reference, parse_edge_weights(set_.weights));
+            lossless_.emplace(surface_, parse_edge_weights(set_.weights));
         }
         if (!options.handles.empty()) {
-            handles_ = read_handles(options.handles, set_.vertex_count());
+            handles_ = on_places(read_handles(options.handles, set_.vertex_count()));
         }
     }
 
@@ -104,31 +106,59 @@ class ShapeReconstruction {
     /// Safe to call from several threads.
     Solved solve(int index) const {
         Solved solved;
-        solved.input = points_of(file_.vertices(index));
+        const std::vector<Point> vertices = points_of(file_.vertices(index));
+        solved.input = set_.places.of_places(std::span(vertices));
+        const std::vector<float> features = set_.places.of_places(file_.shape(index), kFeatureDim);
         const double start = seconds();
-        solved.poisson = poisson_.solve(file_.shape(index), solved.input);
+        solved.poisson = poisson_.solve(features, solved.input);
         const double between = seconds();
         solved.poisson_seconds = solved.seconds = between - start;
         if (!lossless_) {
             solved.shape.vertices = solved.poisson;
             return solved;
         }
-        solved.shape = handles_.empty() ? lossless_->solve(file_.shape(index), solved.input)
-                                        : lossless_->solve_by_ceres(
-                                              file_.shape(index), handles_of(index), solved.input);
+        solved.shape = handles_.empty()
+                           ? lossless_->solve(features, solved.input)
+                           : lossless_->solve_by_ceres(features, handles_of(index), solved.input);
         solved.seconds = seconds() - between;
         return solved;
     }
 
-    void write(int index, const std::string& path, std::vector<Point> positions) const {
+    const TriangleMesh& surface() const { return surface_; }
+
+    /// Writes all vertices: those without a face where the file has them.
+    void write(int index, const std::string& path, Solved& solved) const {
         const auto n = at(index);
+        std::vector<Point> positions = points_of(file_.vertices(index));
+        set_.places.to_vertices(std::span<const Point>(solved.shape.vertices),
+                                std::span(positions));
         if (!options_.keep_aligned) {
             positions = unaligned(std::move(positions), set_.rotation[n], set_.translation[n]);
         }
-        write_mesh(path, {std::move(positions), set_.reference.faces});
+        const TriangleMesh mesh{std::move(positions), set_.reference.faces};
+        write_mesh(path, mesh);
+        const std::vector<Point> written = as_written(path, mesh);
+        solved.written = set_.places.of_places(std::span(written));
+        if (options_.keep_aligned) return;
+        for (Point& point : solved.written) {
+            point = aligned(point, set_.rotation[n], set_.translation[n]);
+        }
     }
 
   private:
+    std::vector<Handle> on_places(std::vector<Handle> handles) const {
+        for (Handle& handle : handles) {
+            const int place = set_.places.place(handle.vertex);
+            if (place < 0) {
+                throw UsageError(
+                    fmt::format("--handles: vertex {} is in no face, so nothing would follow it",
+                                handle.vertex));
+            }
+            handle.vertex = place;
+        }
+        return handles;
+    }
+
     /// Handles are given where the meshes are written to.
     std::vector<Handle> handles_of(int index) const {
         std::vector<Handle> handles = handles_;
@@ -142,14 +172,15 @@ class ShapeReconstruction {
 
     const ReconstructCommand& options_;
     const FeatureFile& file_;
-    const FeatureSet& set_;
+    const PlacedFeatures& set_;
+    TriangleMesh surface_;  // the reference on its W places
     PoissonReconstruction poisson_;
     std::optional<LosslessReconstruction> lossless_;
     std::vector<Handle> handles_;
 };
 
 void add_to(Summary& summary, const Solved& solved, int index) {
-    summary.rms_error.add(solved.input, solved.shape.vertices);
+    summary.rms_error.add(solved.input, solved.written);
     summary.poisson_rms_error.add(solved.input, solved.poisson);
     summary.seconds += solved.seconds;
     summary.poisson_seconds += solved.poisson_seconds;
@@ -167,7 +198,7 @@ Summary reconstruct_shapes(const ReconstructCommand& options, const FeatureFile&
                            const ShapeReconstruction& reconstruction, ShapeRange range) {
     const std::vector<std::string> names = shape_file_names(file.outline().names);
     OutputFolder output(options.output);
-    Summary summary(file.outline().reference.vertices);
+    Summary summary(reconstruction.surface().vertices);
     Progress progress("reconstruct", range.size(), progress_options(options.common.quiet));
     // Blocks keep the memory bounded and the sums in the order of the shapes.
     const int block = 4 * thread_count();
@@ -178,8 +209,7 @@ Summary reconstruct_shapes(const ReconstructCommand& options, const FeatureFile&
             const int index = begin + static_cast<int>(i);
             Solved& one = solved[at(i)];
             one = reconstruction.solve(index);
-            reconstruction.write(index, output.path(names[at(index)] + "." + options.format),
-                                 one.shape.vertices);
+            reconstruction.write(index, output.path(names[at(index)] + "." + options.format), one);
         });
         for (std::size_t i = 0; i < solved.size(); ++i) {
             add_to(summary, solved[i], begin + static_cast<int>(i));

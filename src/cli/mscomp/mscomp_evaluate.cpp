@@ -50,6 +50,9 @@ void print_measures(const ordered_json& report) {
     for (const std::string& fit : fits_of(report)) print_out("{:>14}", fit + " fit");
     print_out("\n");
     print_measure(report, "E_rms (x1000, unit ball)", "rms_error", "{:.3f}");
+    if (!report[fits_of(report).front()]["rms_error_pieces"].is_null()) {
+        print_measure(report, "  every piece aligned by itself", "rms_error_pieces", "{:.3f}");
+    }
     print_measure(report, "STED", "sted", "{:.5f}");
     print_measure(report, "  spatial part", "sted_spatial", "{:.5f}");
     print_measure(report, "  temporal part", "sted_temporal", "{:.5f}");

@@ -46,7 +46,7 @@ void run_run_info(const RunInfoOptions& options) {
     const nlohmann::ordered_json report{{"run", options.run},
                                         {"kind", run.config.kind},
                                         {"source", context.source},
-                                        {"vertices", vertices},
+                                        {"vertices", context.mesh().vertex_count()},
                                         {"faces", context.reference.face_count()},
                                         {"train_shapes", context.train_shapes.size()},
                                         {"test_shapes", context.test_shapes.size()},
@@ -66,7 +66,7 @@ void run_run_info(const RunInfoOptions& options) {
               run.file.state().total);
     print_out("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
               context.train_shapes.size(), context.train_shapes.size() + context.test_shapes.size(),
-              context.source, vertices, context.reference.face_count());
+              context.source, context.mesh().vertex_count(), context.reference.face_count());
     for (std::size_t l = 0; l < levels.size(); ++l) {
         print_out("level {}: {} components ({} kept), mean support {:.1f} % of the vertices\n", l,
                   levels[l]["components"].get<int>(), levels[l]["kept"].get<int>(),

@@ -69,7 +69,7 @@ BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const Fe
             if (fits_vertices) add(errors.vertices, decoder, shape, fitted[m]);
             const DecodedShape& result = fits_vertices ? fitted[m] : plain[m];
             write_obj(output.path(names[static_cast<size_t>(shape)] + ".obj"),
-                      {result.vertices, reference.faces});
+                      run.context().whole(result.vertices));
             file.forget(shape);
             progress.update(static_cast<std::int64_t>(++written));
         }

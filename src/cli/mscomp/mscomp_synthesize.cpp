@@ -93,12 +93,13 @@ std::vector<const Component*> chosen_components(const std::vector<Component>& co
     return chosen;
 }
 
-void print_list(const std::vector<Component>& components, int vertices, bool json) {
+void print_list(const std::vector<Component>& components, const ModelContext& context, bool json) {
+    const int vertices = context.reference.vertex_count();
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     if (!json) print_out("id      level  distance  support   reference      end    other\n");
     for (const int i : strongest_first(components)) {
         const Component& c = components[at(i)];
-        list.push_back(component_json(c, vertices));
+        list.push_back(component_json(c, context));
         if (json) continue;
         print_out("{:7} {:5}  {:8.4g}  {:5.1f} %  {:9.3f} {:8.3f} {:8.3f}{}\n", c.id, c.level,
                   c.distance, 100.0 * c.support / vertices, c.code_reference, c.code_end,
@@ -136,9 +137,9 @@ std::vector<std::string> output_paths(const SynthesizeOptions& options) {
 void write_synthesized(const std::string& path, const ComponentMeshes& meshes,
                        const std::vector<float>& change) {
     if (path.ends_with(".ply")) {
-        write_colored_ply(path, meshes.colored(change));
+        write_colored_ply(path, meshes.whole(meshes.colored(change)));
     } else {
-        write_mesh(path, meshes.mesh(change));
+        write_mesh(path, meshes.whole(meshes.mesh(change)));
     }
 }
 
@@ -185,7 +186,7 @@ void run_synthesize(const SynthesizeOptions& options) {
     const ModelContext& context = run.context();
     const std::vector<Component> components = run.components();
     if (options.list) {
-        print_list(components, context.reference.vertex_count(), options.common.json);
+        print_list(components, context, options.common.json);
         return;
     }
     const std::vector<ComponentWeight> weights = parse_weights(components, options.weights);

@@ -74,6 +74,9 @@ TrainingResult train(const TrainOptions& options, const Config& config, const st
     TrainingOptions training;
     training.resume = options.resume;
     training.title = "mscomp train " + options.config;
+    training.on_warning = [&](const std::string& sentence) {
+        if (!options.common.quiet) fmt::print(stderr, "mscomp: warning: {}\n", sentence);
+    };
     training.on_begin = [&](const TrainingState& state) {
         progress.emplace("train", config.train.epochs,
                          progress_options(options.common.quiet, state.epoch));

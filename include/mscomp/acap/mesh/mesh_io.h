@@ -23,7 +23,8 @@ TriangleMesh parse_obj(std::string_view text, const std::string& path);
 TriangleMesh parse_ply(std::string_view bytes, const std::string& path);
 TriangleMesh parse_off(std::string_view text, const std::string& path);
 
-/// Writes an OBJ (9 significant digits, so float32 positions survive) as one atomic step. Throws
+/// Writes an OBJ (9 significant digits, so float32 positions survive; one more for every factor of
+/// ten that the surface lies further than its size from the origin) as one atomic step. Throws
 /// NumericalError if a position is not finite, IoError if it cannot be written.
 void write_obj(const std::string& path, const TriangleMesh& mesh);
 
@@ -34,7 +35,8 @@ struct VertexColor {
     std::uint8_t red = 255, green = 255, blue = 255;
 };
 
-/// Writes a binary little-endian PLY as one atomic step: float x y z, and where given uchar red
+/// Writes a binary little-endian PLY as one atomic step: float x y z (double where the surface lies
+/// so far from the origin that floats would spoil it), and where given uchar red
 /// green blue (V) and float quality (V). Throws as write_obj does, NumericalError also for a
 /// position beyond float32.
 void write_ply(const std::string& path, const TriangleMesh& mesh,
@@ -42,5 +44,8 @@ void write_ply(const std::string& path, const TriangleMesh& mesh,
 
 /// Writes an OBJ, PLY or OFF file, chosen by the extension; UsageError for another extension.
 void write_mesh(const std::string& path, const TriangleMesh& mesh);
+
+/// The positions that who reads the file finds that write_mesh(path, mesh) writes.
+std::vector<Point> as_written(const std::string& path, const TriangleMesh& mesh);
 
 }  // namespace mscomp

@@ -7,9 +7,9 @@
 
 namespace mscomp {
 
-/// Sizes of meshes that keep fewer than four digits of their shape in float32 when they lie further
+/// Sizes of meshes that keep fewer than five digits of their shape in float32 when they lie further
 /// away from the origin.
-constexpr double kFarFromOrigin = 1000;
+constexpr double kFarFromOrigin = 100;
 
 /// Largest absolute coordinate divided by the longest side of the bounding box; 0 where that side
 /// is.

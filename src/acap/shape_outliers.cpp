@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/acap/shape_outliers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <mutex>
+
+#include "check/check_edges.h"
+#include "check/stretch_histogram.h"
+#include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
+
+namespace mscomp {
+namespace {
+
+/// What is kept of one shape.
+struct ShapeFacts {
+    bool permuted = false, other_size = false;
+    double size = 1;             // median ratio of edge lengths
+    double largest_stretch = 0;  // |S - I|
+};
+
+double stretch_of(std::span<const float> feature) {
+    double largest = 0;
+    for (std::size_t k = kRotationDim; k < at(kFeatureDim); ++k) {
+        largest = std::max(largest, std::abs(static_cast<double>(feature[k]) -
+                                             static_cast<double>(kReferenceFeature[k])));
+    }
+    return largest;
+}
+
+}  // namespace
+
+struct ShapeOutliers::State {
+    State(const TriangleMesh& surface, int shape_count)
+        : edges(surface.vertices, one_rings_of_faces(surface.vertex_count(), surface.faces)),
+          shapes(at(shape_count)) {}
+
+    /// "n of N shapes (first: 'name')" of those for which `is_odd`; empty without one.
+    std::string shapes_where(const std::vector<std::string>& names,
+                             const std::function<bool(const ShapeFacts&)>& is_odd) const {
+        const auto first = std::ranges::find_if(shapes, is_odd);
+        if (first == shapes.end()) return {};
+        return fmt::format("{} of {} shapes (first: '{}')", std::ranges::count_if(shapes, is_odd),
+                           shapes.size(), names[at(first - shapes.begin())]);
+    }
+
+    EdgeStretchTest edges;
+    std::vector<ShapeFacts> shapes;
+    std::mutex mutex;
+    StretchHistogram stretches;
+};
+
+ShapeOutliers::ShapeOutliers(const TriangleMesh& surface, int shape_count)
+    : state_(std::make_unique<State>(surface, shape_count)) {}
+ShapeOutliers::~ShapeOutliers() = default;
+
+void ShapeOutliers::look_at(int index, const std::vector<Point>& positions,
+                            std::span<const float> features) {
+    const EdgeStretch edges = state_->edges.compare(positions);
+    ShapeFacts& facts = state_->shapes[at(index)];
+    facts = {edges.permuted, edges.is_other_unit(), edges.median_ratio, 0};
+    StretchHistogram own;
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        const double stretch = stretch_of(features.subspan(v * kFeatureDim, kFeatureDim));
+        own.add(stretch);
+        facts.largest_stretch = std::max(facts.largest_stretch, stretch);
+    }
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    state_->stretches.add(own);
+}
+
+std::vector<std::string> ShapeOutliers::warnings(const std::vector<std::string>& names) const {
+    std::vector<std::string> result;
+    const auto warn = [&](const std::string& shapes, std::string_view what) {
+        if (!shapes.empty()) result.push_back(shapes + " " + std::string(what));
+    };
+    warn(state_->shapes_where(names, [](const ShapeFacts& s) { return s.permuted; }),
+         "seem to have their vertices in another order than the reference: 'acapfeat check' says "
+         "where");
+    warn(state_->shapes_where(names, [](const ShapeFacts& s) { return s.other_size; }),
+         "have another size than the reference, as in another unit: it is taken for deformation");
+    const double usual = state_->stretches.quantile(kMostStretches);
+    warn(state_->shapes_where(
+             names,
+             [&](const ShapeFacts& s) { return is_stretch_outlier(s.largest_stretch, usual); }),
+         fmt::format("stretch somewhere far more than the {:.3g} that 99.9 % of all vertices stay "
+                     "below: one scale serves all, so everything else becomes small",
+                     usual));
+    return result;
+}
+
+}  // namespace mscomp
