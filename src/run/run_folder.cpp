@@ -15,6 +15,9 @@ std::string in_folder(const std::string& folder, const char* name) {
 std::string checkpoint_path(const std::string& run) {
     return in_folder(run, "checkpoint.safetensors");
 }
+std::string milestone_path(const std::string& run) {
+    return in_folder(run, "milestone.safetensors");
+}
 std::string metrics_path(const std::string& run) { return in_folder(run, "metrics.csv"); }
 std::string config_path(const std::string& run) { return in_folder(run, "config.yaml"); }
 std::string log_path(const std::string& run) { return in_folder(run, "log.txt"); }

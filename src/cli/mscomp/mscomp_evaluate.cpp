@@ -31,20 +31,20 @@ std::string number(const ordered_json& value, const char* format) {
     return value.is_null() ? "-" : fmt::format(fmt::runtime(format), value.get<double>());
 }
 
-/// One measure: a column per fit.
+/// One measure: a column per fit, and what the undeformed reference has.
 void print_measure(const ordered_json& report, const char* label, const char* key,
                    const char* format) {
     fmt::print("  {:<40}", label);
     for (const std::string& fit : fits_of(report)) {
         fmt::print("{:>14}", number(report[fit][key], format));
     }
-    fmt::print("\n");
+    fmt::print("{:>10}\n", number(report["reference"][key], format));
 }
 
 void print_measures(const ordered_json& report) {
     fmt::print("{:<42}", "");
     for (const std::string& fit : fits_of(report)) fmt::print("{:>14}", fit + " fit");
-    fmt::print("\n");
+    fmt::print("{:>10}\n", "reference");
     print_measure(report, "E_rms (x1000, unit ball)", "rms_error", "{:.3f}");
     print_measure(report, "STED", "sted", "{:.5f}");
     print_measure(report, "  spatial part", "sted_spatial", "{:.5f}");
@@ -111,8 +111,11 @@ void print_components(const ordered_json& report) {
     for (std::size_t l = 0; l < report["components"].size(); ++l) {
         fmt::print("{} {} on level {}", l == 0 ? "" : ",", report["components"][l].get<int>(), l);
     }
-    fmt::print("; mean support {:.1f} % of the vertices\n",
-               100 * report[fits.front()]["support_mean"].get<double>());
+    const ordered_json& support = report[fits.front()]["support_mean"];
+    if (!support.is_null()) {
+        fmt::print("; mean support {:.1f} % of the vertices", 100 * support.get<double>());
+    }
+    fmt::print("\n");
     fmt::print("cosine similarity of different components: mean {}, largest {}\n",
                number(report["cosine"]["mean"], "{:.3f}"),
                number(report["cosine"]["max"], "{:.3f}"));

@@ -69,6 +69,11 @@ TrainingResult train(const TrainOptions& options, const Config& config, const st
     training.on_epoch = [&](const EpochReport& report, const std::vector<std::string>& terms) {
         progress->update(report.state.epoch, describe_loss(report, terms));
     };
+    training.on_setback = [&](const TrainingState& state, const std::string& what) {
+        progress.reset();
+        if (!options.common.quiet) fmt::print(stderr, "mscomp: warning: {}\n", what);
+        training.on_begin(state);
+    };
     training.should_stop = interrupted;
     return train_run(config, run, training);
 }
