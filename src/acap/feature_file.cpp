@@ -12,6 +12,7 @@
 
 #include "feature_format.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/finite.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/json_text.h"
 #include "mscomp/base/safetensors.h"
@@ -37,13 +38,7 @@ void check_finite(const std::string& path, const SafetensorsPiece& piece) {
         std::find(kRequired.begin(), kRequired.end(), piece.name) == kRequired.end()) {
         return;
     }
-    std::optional<std::string> place;
-    if (piece.type == DataType::f32) {
-        place = first_non_finite<float>(piece.bytes, piece.first, piece.shape);
-    } else if (piece.type == DataType::f64) {
-        place = first_non_finite<double>(piece.bytes, piece.first, piece.shape,
-                                         is_per_shape && per_shape->may_be_nan);
-    }
+    const auto place = first_non_finite(piece, is_per_shape && per_shape->may_be_nan);
     if (place) fail(path, fmt::format("{}{}, wanted a finite number", piece.name, *place));
 }
 

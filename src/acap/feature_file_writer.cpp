@@ -8,6 +8,7 @@
 #include "feature_format.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/finite.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/json_text.h"
 #include "mscomp/base/safetensors_pieces.h"

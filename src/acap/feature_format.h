@@ -3,13 +3,10 @@
 
 #include <array>
 #include <cstring>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/base/safetensors.h"
 
 namespace mscomp {
 
@@ -33,12 +30,6 @@ inline constexpr std::array<PerShapeNumber, 9> kPerShapeNumbers{
      {"large_jumps", &FeatureSet::large_jumps},
      {"inherent_jumps", &FeatureSet::inherent_jumps},
      {"removable_jumps", &FeatureSet::removable_jumps}}};
-
-/// "[2, 17, 4] is nan" for the first value of a tensor of this shape that is not finite (or, with
-/// `may_be_nan`, infinite); `bytes`, aligned or not, are its elements from number `first` on.
-template <class T>
-std::optional<std::string> first_non_finite(std::span<const std::byte> bytes, std::int64_t first,
-                                            const Shape& shape, bool may_be_nan = false);
 
 /// The numbers of a vector of fixed-size arrays, one after the other.
 template <class T, std::size_t kSize>

@@ -95,8 +95,6 @@ class Pca final : public LearnedModel {
         components_ = static_cast<int>(directions.size() / mean.size());
         mean_ = Eigen::Map<const VectorXd>(mean.data(), size());
         directions_ = Eigen::Map<const MatrixXd>(directions.data(), size(), components_);
-        if (mean_.allFinite() && directions_.allFinite()) return;
-        throw CheckpointError(file.path(), "a parameter is not finite");
     }
 
     /// The principal directions of the columns of `shapes` (3V,n) by the eigenvectors of their Gram

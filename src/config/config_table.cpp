@@ -58,6 +58,8 @@ Table data_table(DataConfig& data, ShapeRows rows) {
 Table filter_table(FilterConfig& filter) {
     return {
         {"minimum_strength", &filter.minimum_strength, kNotNegative, "weaker ones are dropped"},
+        {"minimum_share", &filter.minimum_share, kUnitRange,
+         "and those weaker than this part of the strongest; the paper: 0"},
         {"relative_threshold", &filter.relative_threshold, kUnitRange,
          "part of the peak from which a vertex counts"},
         {"absolute_threshold", &filter.absolute_threshold, kNotNegative,

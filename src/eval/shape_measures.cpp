@@ -22,8 +22,9 @@ ShapeMeasures::ShapeMeasures(const TriangleMesh& reference, ShapeOrder order,
 
 const ShapeErrors& ShapeMeasures::add(std::string name, const std::vector<Point>& truth,
                                       const std::vector<Point>& result,
-                                      std::optional<double> relative_squared_error) {
-    sted_.add(truth, result);
+                                      std::optional<double> relative_squared_error,
+                                      const std::vector<Point>& truth_in_place) {
+    sted_.add(truth_in_place.empty() ? truth : truth_in_place, result);
     ShapeErrors errors;
     errors.name = std::move(name);
     errors.rms_error = rms_error_.add(truth, result);

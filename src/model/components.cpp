@@ -31,9 +31,9 @@ std::vector<double> sizes_of(const std::vector<float>& rows, const ShapeModel& m
     return sizes;
 }
 
-/// [A] eq. 7 and the filter.
-void judge(Component& component, const ShapeModel& model, const FilterConfig& filter,
-           DistanceRows& distances) {
+/// [A] eq. 7, and where the component acts.
+void measure(Component& component, const ShapeModel& model, const FilterConfig& filter,
+             DistanceRows& distances) {
     const std::vector<double> sizes = sizes_of(component.difference, model);
     const double peak = std::max(0.0, *std::ranges::max_element(sizes));
     const double threshold = filter.absolute_threshold > 0 ? filter.absolute_threshold
@@ -49,12 +49,29 @@ void judge(Component& component, const ShapeModel& model, const FilterConfig& fi
         component.localization_radius = std::max(component.localization_radius, distance[v]);
     }
     component.strength = acting > 0 ? sum / acting : 0;
-    component.kept = component.strength >= filter.minimum_strength;
-    if (!component.kept) {
-        component.reason = component.support == 0
-                               ? "no vertex is left in its support"
-                               : fmt::format("strength {:.3g} is below {:.3g}", component.strength,
-                                             filter.minimum_strength);
+}
+
+/// Why the filter drops a component of a model whose strongest one has strength `most`; empty where
+/// it does not.
+std::string reason_to_drop(const Component& component, const FilterConfig& filter, double most) {
+    if (component.support == 0) return "no vertex is left in its support";
+    if (!(component.strength >= filter.minimum_strength)) {
+        return fmt::format("strength {:.3g} is below {:.3g}", component.strength,
+                           filter.minimum_strength);
+    }
+    if (!(component.strength >= filter.minimum_share * most)) {
+        return fmt::format("strength {:.3g} is below {:.3g} of the strongest, {:.3g}",
+                           component.strength, filter.minimum_share, most);
+    }
+    return {};
+}
+
+void filter_all(std::vector<Component>& components, const FilterConfig& filter) {
+    double most = 0;
+    for (const Component& c : components) most = std::max(most, c.strength);
+    for (Component& c : components) {
+        c.reason = reason_to_drop(c, filter, most);
+        c.kept = c.reason.empty();
     }
 }
 
@@ -156,8 +173,9 @@ std::vector<Component> extract_components(ShapeModel& model, const CodeTable& co
         c.code_reference = static_cast<double>(reference[at(c.code)]);
         find_ends(c, codes);
         decode_ends(c, model, reference);
-        judge(c, model, filter, distances);
+        measure(c, model, filter, distances);
     }
+    filter_all(components, filter);
     return components;
 }
 

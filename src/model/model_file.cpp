@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/finite.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/json_text.h"
 #include "mscomp/base/safetensors.h"
@@ -111,6 +111,7 @@ void write_model(const std::string& path, const LearnedModel& model, const Model
     arrays.keep<double>("plateau", {4},
                         {state.window_mean, state.window_sum, state.is_plateau ? 1.0 : 0.0,
                          static_cast<double>(state.window_epochs)});
+    arrays.keep<double>("divergence", {2}, {state.rate_factor, state.first_error});
     arrays.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
     arrays.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
     model.save(arrays);
@@ -124,15 +125,20 @@ void write_model(const std::string& path, const LearnedModel& model, const Model
 }
 
 struct ModelFile::Content {
+    std::string not_finite;  // what is, of any array; empty if all numbers are
     SafetensorsFile file;
     ModelContext context;
     TrainingState state;
     CodeTable codes;
 
-    explicit Content(const std::string& path) : file(path) {
+    explicit Content(const std::string& path)
+        : file(path, [this](const SafetensorsPiece& piece) { look_for_non_finite(piece); }) {
         const auto found = file.metadata().find("model");
         if (found == file.metadata().end()) {
             throw CheckpointError(path, "a safetensors file, but not a model of mscomp");
+        }
+        if (!not_finite.empty()) {
+            throw CheckpointError(path, not_finite + ", wanted a finite number");
         }
         const nlohmann::json description = parsed_json<nlohmann::json>(found->second, path);
         if (description.at("format_version") != kFormatVersion) {
@@ -160,6 +166,7 @@ struct ModelFile::Content {
         context.largest_distance = numbers[0];
         state.total = numbers[1];
         if (file.contains("plateau")) read_window(file.data<double>("plateau", {-1}));
+        if (file.contains("divergence")) read_divergence(file.data<double>("divergence", {2}));
         const auto indices = [&](const char* name) {
             const auto values = file.data<int>(name, {-1});
             return std::vector<int>(values.begin(), values.end());
@@ -184,6 +191,11 @@ struct ModelFile::Content {
         context.reference = context.places.surface(mesh);
     }
 
+    void look_for_non_finite(const SafetensorsPiece& piece) {
+        if (!not_finite.empty()) return;
+        if (const auto place = first_non_finite(piece)) not_finite = piece.name + *place;
+    }
+
     void read_codes() {
         std::vector<std::span<const float>> tables;
         const auto shapes = static_cast<std::int64_t>(context.train_shapes.size());
@@ -201,6 +213,17 @@ struct ModelFile::Content {
         if (window.size() < 4) return;
         state.window_sum = window[1];
         state.window_epochs = static_cast<std::int64_t>(window[3]);
+    }
+
+    /// Files from before training could go back have neither.
+    void read_divergence(std::span<const double> numbers) {
+        state.rate_factor = numbers[0];
+        state.first_error = numbers[1];
+        if (state.rate_factor > 0 && state.rate_factor <= 1 && state.first_error >= 0) return;
+        throw CheckpointError(file.path(),
+                              fmt::format("rate factor {}, first error {}; wanted above 0 and at "
+                                          "most 1, and at least 0",
+                                          state.rate_factor, state.first_error));
     }
 
     void check_shapes(const std::string& path) const {

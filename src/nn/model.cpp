@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "nn/dim.h"
+#include "nn/resolution.h"
 
 namespace mscomp::nn {
 template <class T>
@@ -20,6 +24,14 @@ template <class T>
 Var Model<T>::record_input(bool with_gradient) {
     x_ = tape_.input("x", {1, vertex_count(), kDim, lanes()}, with_gradient);
     return x_;
+}
+
+template <class T>
+int Model<T>::add_component_weights(std::string name, Extents extents, double exponent) {
+    const int index = parameters_.add(std::move(name), std::move(extents));
+    const double growth = code_growth(vertex_count());
+    if (growth > 1) parameters_.set_rate_scale(index, std::pow(1 / growth, exponent));
+    return index;
 }
 
 template <class T>
@@ -69,6 +81,21 @@ void Model<T>::load_batch(const LaneBatch& batch) {
                   x.begin() + chunks.begin(i));
     });
     batch_loaded(batch.shapes);
+}
+
+template <class T>
+double Model<T>::input_energy() {
+    const std::span<const T> x = tape_.value(x_);
+    const Chunks chunks{static_cast<std::int64_t>(x.size()), std::int64_t{1} << 18};
+    std::vector<double> sums(at(chunks.count()));
+    parallel_for(chunks.count(), [&](std::int64_t i) {
+        double sum = 0;
+        for (std::int64_t k = chunks.begin(i); k < chunks.end(i); ++k) {
+            sum += static_cast<double>(x[at(k)]) * static_cast<double>(x[at(k)]);
+        }
+        sums[at(i)] = sum;
+    });
+    return std::accumulate(sums.begin(), sums.end(), 0.0) / lane_mask_.active;
 }
 
 template <class T>

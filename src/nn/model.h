@@ -49,6 +49,9 @@ class Model {
     /// A batch that was gathered in order() for lane_count(batch_capacity()) lanes.
     void load_batch(const LaneBatch& batch);
 
+    /// |x|^2 of a shape, mean over the batch: the error of a model that gives back zeros.
+    double input_energy();
+
     /// Runs the batch; returns the total loss.
     T forward();
     /// Gradients of the last forward pass, added to those of the parameters.
@@ -109,6 +112,10 @@ class Model {
     /// Records the tensor x (1,V,9,lanes) that batches are loaded into; once, after the parameters,
     /// whose memory the tape borrows. `total_` is for the kind to record.
     Var record_input(bool with_gradient);
+    /// Adds component weights (A,K,V,d). Rows start with unit length, so that an entry is about
+    /// 1/sqrt(V), and Adam's steps are of the size of the rate whatever the gradient: on fine
+    /// meshes they have to shrink as well, to the power `exponent` of 1/sqrt(V).
+    int add_component_weights(std::string name, Extents extents, double exponent = 1);
     /// Called after a batch was loaded.
     virtual void batch_loaded(std::span<const int> /*shapes*/) {}
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 
 #include "mscomp/base/index.h"
@@ -26,21 +25,17 @@ struct ComponentRows {
     }
 };
 
-/// Calls body(chunk, inner vertex, vertex of the user) for all vertices, in parallel over chunks.
+/// Calls body(inner vertex, vertex of the user) for all vertices, in parallel over chunks.
 template <class Body>
 void for_vertices(const Chunks& chunks, const VertexOrder& order, const Body& body) {
     parallel_for(chunks.count(), [&](std::int64_t chunk) {
         for (std::int64_t user = chunks.begin(chunk); user < chunks.end(chunk); ++user) {
-            body(chunk, order.to_internal[at(user)], user);
+            body(order.to_internal[at(user)], user);
         }
     });
 }
 
 Chunks chunks_of(const VertexOrder& order) { return {order.vertex_count(), std::int64_t{1} << 14}; }
-
-bool is_finite(std::span<const float> values) {
-    return std::ranges::all_of(values, [](float x) { return std::isfinite(x); });
-}
 
 }  // namespace
 
@@ -48,20 +43,19 @@ void add_inner(StoredArrays& arrays, const std::string& name, const Extents& ext
                std::span<const float> inner, const VertexOrder& order) {
     const ComponentRows rows(extents);
     if (rows.count == 0) return arrays.add<float>(name, extents, inner);
-    arrays.add(name, DataType::f32, extents, [=, &order](SafetensorsPieceWriter& to) {
+    arrays.add(name, DataType::f32, extents, [=, &order](StoredArray& to) {
         std::vector<float> row(at(rows.size));
         for (std::int64_t k = 0; k < rows.count; ++k) {
             const float* from = inner.data() + k * rows.size;
-            for_vertices(
-                chunks_of(order), order, [&](std::int64_t, std::int64_t v, std::int64_t u) {
-                    std::copy_n(from + v * rows.width, rows.width, row.data() + u * rows.width);
-                });
-            to.write(name, k * rows.size, std::span<const float>(row));
+            for_vertices(chunks_of(order), order, [&](std::int64_t v, std::int64_t u) {
+                std::copy_n(from + v * rows.width, rows.width, row.data() + u * rows.width);
+            });
+            to.write(k * rows.size, std::span<const float>(row));
         }
     });
 }
 
-bool read_inner(const SafetensorsFile& file, const std::string& name, const Extents& extents,
+void read_inner(const SafetensorsFile& file, const std::string& name, const Extents& extents,
                 const VertexOrder& order, std::span<float> inner) {
     // -0 is not 0 here.
     const auto same_bits = [](float a, float b) {
@@ -71,24 +65,21 @@ bool read_inner(const SafetensorsFile& file, const std::string& name, const Exte
     const ComponentRows rows(extents);
     if (rows.count == 0) {
         std::ranges::copy(all, inner.begin());
-        return is_finite(all);
+        return;
     }
     const Chunks chunks = chunks_of(order);
-    std::vector<char> sound(at(chunks.count()), 1);
     for (std::int64_t k = 0; k < rows.count; ++k) {
         const float* from = all.data() + k * rows.size;
         float* to = inner.data() + k * rows.size;
-        for_vertices(chunks, order, [&](std::int64_t chunk, std::int64_t v, std::int64_t u) {
+        for_vertices(chunks, order, [&](std::int64_t v, std::int64_t u) {
             const auto width = at(rows.width);
             const std::span<const float> source(from + u * rows.width, width);
-            if (!is_finite(source)) sound[at(chunk)] = 0;
             const std::span<float> target(to + v * rows.width, width);
             if (!std::ranges::equal(source, target, same_bits))
                 std::ranges::copy(source, target.begin());
         });
         file.forget(std::as_bytes(std::span(from, at(rows.size))));
     }
-    return std::ranges::all_of(sound, [](char s) { return s != 0; });
 }
 
 }  // namespace mscomp::nn

@@ -16,9 +16,9 @@ namespace mscomp::nn {
 void add_inner(StoredArrays& arrays, const std::string& name, const Extents& extents,
                std::span<const float> inner, const VertexOrder& order);
 
-/// Fills an array like a parameter with `extents` from a file; whether all of it is finite. What is
-/// right already is not written, so that zeros that take up no memory stay so. Throws InputError.
-bool read_inner(const SafetensorsFile& file, const std::string& name, const Extents& extents,
+/// Fills an array like a parameter with `extents` from a file. What is right already is not
+/// written, so that zeros that take up no memory stay so. Throws InputError.
+void read_inner(const SafetensorsFile& file, const std::string& name, const Extents& extents,
                 const VertexOrder& order, std::span<float> inner);
 
 }  // namespace mscomp::nn

@@ -27,22 +27,21 @@ double learning_rate_at(const TrainConfig& config, std::int64_t step) {
 }
 
 template <class T>
-int first_non_finite_grad(const ParameterSet<T>& parameters) {
+int first_non_finite(const ParameterSet<T>& parameters, std::span<const T> all) {
     // 0 x stays 0 for every number and becomes NaN for all that is none.
     std::vector<T> zeros(at(parameters.live_piece_count()));
     parallel_for(parameters.live_piece_count(), [&](std::int64_t piece) {
         T zero = 0;
         for (const auto& range : parameters.live_piece(static_cast<int>(piece))) {
-            zero += kernels<T>().zero_sum(parameters.all_grads().data() + range.first,
-                                          range.last - range.first);
+            zero += kernels<T>().zero_sum(all.data() + range.first, range.last - range.first);
         }
         zeros[at(piece)] = zero;
     });
     if (std::ranges::all_of(zeros, [](T zero) { return zero == 0; })) return -1;
     for (int i = 0; i < parameters.count(); ++i) {
-        if (!std::ranges::all_of(parameters.grad(i), [](T g) { return std::isfinite(g); })) {
-            return i;
-        }
+        const auto& entry = parameters.entry(i);
+        const auto own = all.subspan(at(entry.offset), at(entry.count));
+        if (!std::ranges::all_of(own, [](T x) { return std::isfinite(x); })) return i;
     }
     return -1;
 }
@@ -65,8 +64,8 @@ void adam_step(ParameterSet<T>& parameters, double rate, std::int64_t step) {
     });
 }
 
-template int first_non_finite_grad(const ParameterSet<float>&);
-template int first_non_finite_grad(const ParameterSet<double>&);
+template int first_non_finite(const ParameterSet<float>&, std::span<const float>);
+template int first_non_finite(const ParameterSet<double>&, std::span<const double>);
 template void adam_step(ParameterSet<float>&, double, std::int64_t);
 template void adam_step(ParameterSet<double>&, double, std::int64_t);
 

@@ -73,7 +73,8 @@ void proximal_step(SpectralVae<T>& model, double sparsity_weight, double rate, s
     ComponentCenters<T>& centers = model.component_centers();
     centers.focus(weights, channels, ranges);
     const double correction = 1 - std::pow(0.999, static_cast<double>(step));
-    const double threshold = rate * sparsity_weight / model.config().components;
+    const double scaled_rate = rate * parameters.entry(model.indices().weights).rate_scale;
+    const double threshold = scaled_rate * sparsity_weight / model.config().components;
     // 1 - threshold / (sqrt(v) |C|), v the mean over channels of moment2 / correction. Where no
     // slope was ever seen (0) nothing holds the entry against the penalty.
     const T bound = static_cast<T>(threshold * threshold * channels * correction);

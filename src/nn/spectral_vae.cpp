@@ -12,6 +12,7 @@
 #include "mscomp/base/random.h"
 #include "nn/dim.h"
 #include "nn/optimizer.h"
+#include "nn/resolution.h"
 #include "sum_decoder.h"
 
 namespace mscomp::nn {
@@ -81,8 +82,11 @@ void SpectralVae<T>::add_parameters() {
                                  ? parameters_.add("decoder_theta", {order, channels, kDim})
                                  : indices_.theta;
     const Extents weights{1, config_.components, this->vertex_count(), channels};
-    indices_.weights = parameters_.add("component_weights", weights);
-    indices_.spread_weights = parameters_.add("spread_weights", weights);
+    indices_.weights = this->add_component_weights("component_weights", weights);
+    // Codes are sums over V and may grow with sqrt(V); logarithms of their spread must not.
+    constexpr double kSpreadExponent = 2;
+    indices_.spread_weights =
+        this->add_component_weights("spread_weights", weights, kSpreadExponent);
     indices_.ranges = parameters_.add("sparsity_ranges", {config_.components});
     if (!options_.sparsity_gradient) {
         // Slopes of ranges are those of the best weights, which have to keep up.
@@ -132,11 +136,12 @@ void SpectralVae<T>::record() {
     kl_ = kl_divergence(tape_, moments_, config_.spread, config_.kl_epsilon, lane_mask_);
     sparsity_ = learned_sparsity(tape_, weights, ranges, centers_, config_.straight_through,
                                  options_.sparsity_gradient);
-    range_ = range_penalty(tape_, sampled_, loss_.range_limit, lane_mask_);
+    const CodeLimit codes = code_limit(loss_.range_limit, loss_.range, this->vertex_count());
+    range_ = range_penalty(tape_, sampled_, codes.limit, lane_mask_);
     sparsity_range_ = range_term(tape_, ranges, config_.range_term);
     total_ = weighted_sum(
         tape_, {reconstruction_, kl_, sparsity_, range_, sparsity_range_},
-        {loss_.reconstruction, loss_.kl, loss_.sparsity, loss_.range, loss_.sparsity_range});
+        {loss_.reconstruction, loss_.kl, loss_.sparsity, codes.weight, loss_.sparsity_range});
 }
 
 template <class T>

@@ -60,6 +60,7 @@ Table reading_keys(StackedConfig& model) {
          tied_choice(model.tied),
          {},
          "convolution of the decoder against that of the encoder"},
+        {"bias", &model.bias, {}, "of the convolutions; true: the paper, the reference moves then"},
         {"latent_activation", activation_choice(model.latent_activation), {}, "on the codes"},
         {"decoder_fc_activation",
          activation_choice(model.decoder_fc_activation),
@@ -96,7 +97,8 @@ Table loss_keys(LossConfig& loss) {
         {"reconstruction", &loss.reconstruction, kNotNegative, "squared feature error"},
         {"sparsity", &loss.sparsity, kNotNegative, "group sparsity outside the sparsity range"},
         {"range", &loss.range, kNotNegative, "keeps codes within the limit below"},
-        {"range_limit", &loss.range_limit, kNotNegative, "codes above it are penalised"},
+        {"range_limit", &loss.range_limit, kNotNegative,
+         "codes above it are penalised; null: 5 sqrt(V / 10,000), the papers: 5"},
     };
 }
 
@@ -130,7 +132,9 @@ void require_few_components(const StackedConfig& model) {
 std::unique_ptr<LearnedModel> make_stacked(const Config& config, const ModelPlace& place) {
     auto options = options_for<StackedModel<float>::Options>(config, place);
     options.supports = place.use == ModelUse::reading || config.train.supports;
-    const auto& own = config.own<StackedSettings>();
+    auto own = config.own<StackedSettings>();
+    // The reference is at zero only with center: reference.
+    own.model.bias |= config.data.center == Scaling::minmax;
     require_few_components(own.model);
     auto model = std::make_unique<StackedModel<float>>(
         own.model, own.loss,

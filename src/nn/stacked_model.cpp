@@ -11,6 +11,7 @@
 #include "mscomp/base/index.h"
 #include "nn/dim.h"
 #include "nn/optimizer.h"
+#include "nn/resolution.h"
 #include "nn/start.h"
 #include "ops/autoencoder.h"
 
@@ -21,13 +22,6 @@ namespace {
 bool adapts_supports(std::int64_t step) {
     constexpr std::int64_t kInterval = 50;
     return step % kInterval == 0 || step == 1 || step == 6 || step == 15 || step == 30;
-}
-
-/// Component weights start with unit length, so that an entry is about 1/sqrt(V). Adam's steps are
-/// of the size of the rate whatever the gradient: on fine meshes they have to shrink as well.
-double component_rate_scale(std::int64_t vertices) {
-    constexpr double kOrdinary = 10000;
-    return std::min(1.0, std::sqrt(kOrdinary / static_cast<double>(vertices)));
 }
 
 }  // namespace
@@ -67,8 +61,9 @@ StackedModel<T>::StackedModel(const StackedConfig& config, const LossConfig& los
         level.decoder_w_own = own_decoder ? add("decoder_w_own", {kDim, kDim}) : level.w_own;
         level.decoder_w_ring = own_decoder ? add("decoder_w_ring", {kDim, kDim}) : level.w_ring;
         level.decoder_bias = add("decoder_bias", {kDim});
-        level.weights = add("component_weights", {level.components, vertices, kDim});
-        parameters_.set_rate_scale(level.weights, component_rate_scale(vertices));
+        level.weights =
+            this->add_component_weights(fmt::format("level{}.component_weights", l),
+                                        {autoencoders, level.components, vertices, kDim});
         levels_.push_back(level);
         if (config.attention) autoencoders *= level.components;
     }
@@ -96,10 +91,11 @@ void StackedModel<T>::add_levels(const LossConfig& loss, Var x) {
         if (options_.losses) {
             level.group_sparsity =
                 group_sparsity(tape_, weights, *level.sparsity, options_.sparsity_gradient);
-            level.range_penalty = range_penalty(tape_, level.code, loss.range_limit, lane_mask_);
+            const CodeLimit codes = code_limit(loss.range_limit, loss.range, this->vertex_count());
+            level.range_penalty = range_penalty(tape_, level.code, codes.limit, lane_mask_);
             terms.insert(terms.end(),
                          {level.reconstruction, level.group_sparsity, level.range_penalty});
-            factors.insert(factors.end(), {loss.reconstruction, loss.sparsity, loss.range});
+            factors.insert(factors.end(), {loss.reconstruction, loss.sparsity, codes.weight});
         }
         if (is_last) break;
         if (config_.attention) {
@@ -214,8 +210,18 @@ void StackedModel<T>::start(const TrainConfig& train, const ScaledFeatures& feat
 }
 
 template <class T>
+void StackedModel<T>::hold_biases() {
+    for (const Level& level : levels_) {
+        for (const int index : {level.bias, level.decoder_bias}) {
+            std::ranges::fill(parameters_.grad(index), T{0});
+        }
+    }
+}
+
+template <class T>
 void StackedModel<T>::update(const TrainConfig& train, double rate, std::int64_t step) {
     if (has_supports() && adapts_supports(step)) adapt_supports(sparsity_weight_, step);
+    if (!config_.bias) hold_biases();
     adam_step(parameters_, rate, step);
     if (train.sparsity_step == SparsityStep::proximal) {
         proximal_step(*this, sparsity_weight_, rate, step);

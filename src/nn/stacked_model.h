@@ -123,6 +123,8 @@ class StackedModel final : public Model<T> {
     void add_levels(const LossConfig& loss, Var x);
     Var add_fused(Level& level, const LossConfig& loss, Var source, Var mask, bool keeps_residual);
     void add_small_ops(Level& level, Var x);
+    /// Where they are: without a slope they stay there.
+    void hold_biases();
     void set_inner_acting(int level, std::span<const std::uint8_t> acts);
     std::vector<std::uint8_t> inner_acting(int level) const;
     /// Of the last level, where weights are not zero; in inner numbering too.

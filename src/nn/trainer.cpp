@@ -1,24 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include "nn/trainer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
-#include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
+#include "mscomp/model/divergence.h"
 #include "nn/optimizer.h"
 
 namespace mscomp::nn {
 
 namespace {
 
+bool is_reconstruction(const std::string& term) { return term.ends_with("reconstruction"); }
+
 /// The error of all autoencoders: what training is for. Other terms have minima of their own.
 double reconstruction_of(const std::vector<double>& terms, const std::vector<std::string>& names) {
     double sum = 0;
     for (std::size_t i = 0; i < terms.size(); ++i) {
-        if (names[i].ends_with("reconstruction")) sum += terms[i];
+        if (is_reconstruction(names[i])) sum += terms[i];
     }
     return sum;
 }
@@ -102,6 +106,7 @@ EpochReport Trainer::run_epoch() {
     const auto batch = at(model_.batch_capacity());
     const std::vector<int> order = order_of_epoch(state_.epoch);
     int steps = 0;
+    double energy = 0;
     const auto begin = std::chrono::steady_clock::now();
     for (std::size_t first = 0; first < order.size(); first += batch, ++steps) {
         load(batch_of(order, first, batch));
@@ -112,6 +117,7 @@ EpochReport Trainer::run_epoch() {
             is_last ? batch_of(later, 0, batch) : batch_of(order, first + batch, batch);
         if (!std::ranges::equal(next, loaded_)) loader_.prepare(next);
         step(report);
+        energy += energy_;
     }
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
@@ -119,8 +125,10 @@ EpochReport Trainer::run_epoch() {
     report.total /= steps;
     for (double& term : report.terms) term /= steps;
     report.touched = model_.touched();
+    const double error = reconstruction_of(report.terms, model_.term_names());
+    require_not_astray(error, energy / steps);
     ++state_.epoch;
-    watch_plateau(reconstruction_of(report.terms, model_.term_names()));
+    watch_plateau(error);
     report.state = state_;
     return report;
 }
@@ -152,48 +160,90 @@ void Trainer::load(std::span<const int> batch) {
         model_.load_batch(features_, batch);
     }
     loaded_.assign(batch.begin(), batch.end());
+    energy_ = model_.input_energy();
 }
 
 void Trainer::step(EpochReport& report) {
     model_.parameters().zero_grad();
     model_.prepare_step(config_.seed, state_.step + 1);
     const float loss = model_.forward_and_backward();
-    require_finite(loss);
+    require_finite_loss(loss);
+    require_finite_gradients();
 
     ++state_.step;
     state_.total = loss;
-    report.learning_rate = learning_rate_at(config_, state_.step);
+    report.learning_rate = state_.rate_factor * learning_rate_at(config_, state_.step);
     report.total += loss;
     const std::vector<double> terms = model_.term_values();
     for (std::size_t i = 0; i < terms.size(); ++i) report.terms[i] += terms[i];
+    if (state_.first_error == 0) {
+        state_.first_error = reconstruction_of(terms, model_.term_names());
+    }
     model_.update(config_, report.learning_rate, state_.step);
 }
 
-void Trainer::require_finite(float loss) {
-    if (!std::isfinite(loss)) {
-        const auto* op = model_.tape().first_non_finite();
-        throw NumericalError(op ? op->name() : "weighted_sum", state_.step + 1, "the result");
-    }
-    const int broken = first_non_finite_grad(model_.parameters());
-    if (broken >= 0) {
-        throw NumericalError("backward", state_.step + 1,
-                             "the gradient of " + model_.parameters().entry(broken).name);
-    }
+void Trainer::require_finite_loss(float loss) {
+    if (std::isfinite(loss)) return;
+    const auto* op = model_.tape().first_non_finite();
+    throw DivergenceError(op ? op->name() : "weighted_sum", state_.step + 1, "the result");
+}
+
+void Trainer::require_finite_gradients() {
+    ParameterSet<float>& parameters = model_.parameters();
+    const int broken = first_non_finite<float>(parameters, parameters.all_grads());
+    if (broken < 0) return;
+    throw DivergenceError("backward", state_.step + 1,
+                          "the gradient of " + parameters.entry(broken).name);
+}
+
+void Trainer::fail_after_update(const std::string& what) const {
+    throw DivergenceError(
+        fmt::format("step {}: after its update {} is not finite", state_.step, what));
+}
+
+void Trainer::require_finite_parameters() {
+    ParameterSet<float>& parameters = model_.parameters();
+    const auto require = [&](std::span<const float> all, const char* what) {
+        const int broken = first_non_finite(parameters, all);
+        if (broken < 0) return;
+        fail_after_update(what + parameters.entry(broken).name);
+    };
+    require(parameters.all_values(), "");
+    require(parameters.all_moments1(), "the first moment of ");
+    require(parameters.all_moments2(), "the second moment of ");
+}
+
+void Trainer::require_not_astray(double error, double energy) const {
+    const std::vector<std::string> names = model_.term_names();
+    const auto levels = std::ranges::count_if(names, is_reconstruction);
+    const double most =
+        kAstray * std::max(static_cast<double>(levels) * energy, state_.first_error);
+    // All shapes may be the reference: then there is nothing to compare with.
+    if (energy == 0 || error <= most) return;
+    throw DivergenceError(
+        fmt::format("step {}: the reconstruction error is {:.4g}, that of no model at all {:.4g}",
+                    state_.step, error, energy));
 }
 
 CodeTable Trainer::codes() {
+    require_finite_parameters();
     CodeTable table;
     for (const LevelSize& level : model_.level_sizes()) table.code_count += level.codes();
     const auto batch = at(model_.batch_capacity());
-    for (std::size_t first = 0; first < shapes_.size(); first += batch) {
+    double error = 0, energy = 0;
+    int passes = 0;
+    for (std::size_t first = 0; first < shapes_.size(); first += batch, ++passes) {
         load(batch_of(shapes_, first, batch));
         if (first + batch < shapes_.size()) {
             loader_.prepare(batch_of(shapes_, first + batch, batch));
         }
-        model_.forward();
+        if (!std::isfinite(model_.forward())) fail_after_update("the loss");
+        error += reconstruction_of(model_.term_values(), model_.term_names());
+        energy += energy_;
         const std::vector<float> codes = model_.all_codes();
         table.values.insert(table.values.end(), codes.begin(), codes.end());
     }
+    require_not_astray(error / passes, energy / passes);
     return table;
 }
 

@@ -40,12 +40,19 @@ class Trainer {
     void resume(const TrainingState& state) { state_ = state; }
     const TrainingState& state() const { return state_; }
 
-    /// One pass over the shapes in batches. Throws NumericalError before the update of a step whose
-    /// loss or gradient is not finite; parameters are then those of the step before.
+    /// One pass over the shapes in batches. Throws DivergenceError before the update of a step
+    /// whose loss or gradient is not finite, when parameters are those of the step before, and
+    /// after an epoch that went astray (kAstray).
     EpochReport run_epoch();
 
-    /// Codes of the training shapes.
+    /// Codes of the training shapes. Throws DivergenceError where the parameters or their moments
+    /// are not finite, or the model went astray.
     CodeTable codes();
+
+    /// A model went astray if its reconstruction error is above so many times that of no model at
+    /// all on every level, and above so many times that of the first step. Whatever trains stays
+    /// far below: weights that explain nothing have the error of none, and descent lowers it.
+    static constexpr double kAstray = 4;
 
     /// No epochs are left, or a plateau has been reached and counts (TrainConfig::plateau_epochs).
     bool is_over() const;
@@ -58,7 +65,11 @@ class Trainer {
     void watch_plateau(double error);
     void load(std::span<const int> batch);
     void step(EpochReport& report);
-    void require_finite(float loss);
+    void require_finite_loss(float loss);
+    void require_finite_gradients();
+    void require_finite_parameters();
+    [[noreturn]] void fail_after_update(const std::string& what) const;
+    void require_not_astray(double error, double energy) const;
 
     Model<float>& model_;
     const TrainConfig& config_;
@@ -68,6 +79,7 @@ class Trainer {
     std::vector<int> shapes_;
     BatchLoader loader_;
     std::vector<int> loaded_;
+    double energy_ = 0;  // Model::input_energy of the loaded batch
     TrainingState state_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "component_report.h"
 
+#include <algorithm>
 #include <span>
 #include <string>
 
@@ -25,8 +26,12 @@ nlohmann::ordered_json cosine_json(const std::vector<Component>& components) {
         const auto row = alike.cosine.begin() + static_cast<std::ptrdiff_t>(k * ids.size());
         matrix.push_back(std::vector<double>(row, row + static_cast<std::ptrdiff_t>(ids.size())));
     }
-    return {
-        {"mean", alike.cosine_mean}, {"max", alike.cosine_max}, {"ids", ids}, {"matrix", matrix}};
+    nlohmann::ordered_json mean, max;
+    if (ids.size() > 1) {
+        mean = alike.cosine_mean;
+        max = alike.cosine_max;
+    }
+    return {{"mean", mean}, {"max", max}, {"ids", ids}, {"matrix", matrix}};
 }
 
 }  // namespace
@@ -40,7 +45,9 @@ ComponentReport component_report(const std::vector<Component>& components, int l
         report.list.push_back(component_json(c, context));
         if (c.kept) ++kept[at(c.level)];
     }
-    report.support_mean = mean_support_of_kept(components, context.reference.vertex_count());
+    if (std::ranges::any_of(components, &Component::kept)) {
+        report.support_mean = mean_support_of_kept(components, context.reference.vertex_count());
+    }
     report.kept_per_level = kept;
     report.cosine = cosine_json(components);
     return report;

@@ -86,7 +86,8 @@ struct MeasuredFit {
         for (std::size_t m = 0; m < shapes.size(); ++m) {
             const auto shape = at(shapes[m]);
             measures.add(file.outline().names[shape], decoder.truth(shapes[m]), decoded[m].vertices,
-                         decoder.relative_squared_error_of(shapes[m], decoded[m]));
+                         decoder.relative_squared_error_of(shapes[m], decoded[m]),
+                         decoder.truth_in_place(shapes[m]));
             pieces.add(decoder.truth(shapes[m]), decoded[m].vertices);
             codes.insert(codes.end(), decoded[m].codes.begin(), decoded[m].codes.end());
         }
@@ -97,20 +98,18 @@ ordered_json optional_number(const std::optional<double>& value) {
     return value ? ordered_json(*value) : ordered_json(nullptr);
 }
 
-ordered_json total_json(const MeasuredFit& fit, double support_mean) {
-    const SetErrors total = fit.measures.total();
-    const bool has_pieces = fit.pieces.piece_count() > 1;
-    return {
-        {"rms_error", total.rms_error},
-        {"rms_error_pieces", has_pieces ? ordered_json(fit.pieces.value()) : ordered_json(nullptr)},
-        {"sted", optional_number(total.sted.value)},
-        {"sted_spatial", total.sted.spatial},
-        {"sted_temporal", optional_number(total.sted.temporal)},
-        {"mean_vertex_distance", total.mean_vertex_distance},
-        {"max_vertex_distance", total.max_vertex_distance},
-        {"relative_squared_error_max", optional_number(total.relative_squared_error_max)},
-        {"relative_squared_error_mean", optional_number(total.relative_squared_error_mean)},
-        {"support_mean", support_mean}};
+ordered_json total_json(const ShapeMeasures& measures, const PieceRmsError& pieces) {
+    const SetErrors total = measures.total();
+    const bool has_pieces = pieces.piece_count() > 1;
+    return {{"rms_error", total.rms_error},
+            {"rms_error_pieces", has_pieces ? ordered_json(pieces.value()) : ordered_json(nullptr)},
+            {"sted", optional_number(total.sted.value)},
+            {"sted_spatial", total.sted.spatial},
+            {"sted_temporal", optional_number(total.sted.temporal)},
+            {"mean_vertex_distance", total.mean_vertex_distance},
+            {"max_vertex_distance", total.max_vertex_distance},
+            {"relative_squared_error_max", optional_number(total.relative_squared_error_max)},
+            {"relative_squared_error_mean", optional_number(total.relative_squared_error_mean)}};
 }
 
 /// A run measured on the shapes of one split of one file.
@@ -124,7 +123,9 @@ class Evaluation {
           components_(run_.components()),
           by_components_(options.components, components_, reference().vertices),
           by_handles_(options.handles, run_, components_),
-          decoder_(run_, file_, [] { throw_if_interrupted("interrupted; nothing was written"); }) {
+          decoder_(run_, file_, [] { throw_if_interrupted("interrupted; nothing was written"); }),
+          undeformed_(reference(), order_of(options, run_)),
+          undeformed_pieces_(reference()) {
         shapes_ = shapes_of_split(run_, file_, split_);
         if (!options.units.empty()) units_.emplace(options.units, file_.shape_count());
         for (const char* fit : {"features", "vertices"}) {
@@ -146,8 +147,9 @@ class Evaluation {
             const auto finish = [&](std::size_t steps) {
                 if (steps == 0) return;
                 done += static_cast<std::int64_t>(steps * group.size());
-                if (options_.on_progress) options_.on_progress(done, count * passes);
+                if (options_.on_progress) options_.on_progress(done / passes, count);
             };
+            add_undeformed(group);
             const std::vector<DecodedShape> encoded = decoder_.encode(group);
             if (has("features")) fits_.front().add(decoder_, file_, group, encoded);
             finish(1);
@@ -179,13 +181,15 @@ class Evaluation {
             {"order", order_of(options_, run_) == ShapeOrder::set ? "set" : "sequence"},
             {"components", of_components.kept_per_level}};
         for (const MeasuredFit& fit : fits_) {
-            ordered_json& entry = report[fit.name] = total_json(fit, of_components.support_mean);
+            ordered_json& entry = report[fit.name] = total_json(fit.measures, fit.pieces);
+            entry["support_mean"] = of_components.support_mean;
             if (!options_.components.empty()) {
                 entry["by_components"] =
                     (fit.name == "features" ? by_components_.features() : by_components_.vertices())
                         .json();
             }
         }
+        report["reference"] = total_json(undeformed_, undeformed_pieces_);
         if (!options_.handles.empty()) report["by_handles"] = by_handles_.errors().json();
         if (units_) report["units"] = units_json();
         report["worst"] = worst_json();
@@ -217,6 +221,16 @@ class Evaluation {
     static constexpr const char* kPicture = "errors.png";
 
     const TriangleMesh& reference() const { return run_.context().reference; }
+    /// What a result has to stay below to be worth anything.
+    void add_undeformed(std::span<const int> shapes) {
+        for (const int shape : shapes) {
+            undeformed_.add(file_.outline().names[at(shape)], decoder_.truth(shape),
+                            reference().vertices,
+                            decoder_.relative_squared_error_of_reference(shape),
+                            decoder_.truth_in_place(shape));
+            undeformed_pieces_.add(decoder_.truth(shape), reference().vertices);
+        }
+    }
     bool has(const char* fit) const { return options_.fit == "both" || options_.fit == fit; }
 
     ordered_json units_json() const {
@@ -280,6 +294,8 @@ class Evaluation {
     std::vector<int> shapes_;
     std::optional<KnownUnits> units_;
     std::vector<MeasuredFit> fits_;  // features before vertices
+    ShapeMeasures undeformed_;       // of the reference as the result for every shape
+    PieceRmsError undeformed_pieces_;
 };
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "mscomp/base/index.h"
 #include "mscomp/base/json_text.h"
 #include "mscomp/eval/measures.h"
@@ -11,8 +13,14 @@
 namespace mscomp {
 namespace {
 
+/// JSON has no numbers that are not finite and would say null, as for what is not there.
+std::string number_cell(double value, const std::string& text) {
+    return std::isfinite(value) ? text : fmt::format("{}", value);
+}
+
 std::string cell(const nlohmann::ordered_json& value) {
     if (value.is_null()) return {};
+    if (value.is_number_float()) return number_cell(value.get<double>(), json_text(value));
     if (!value.is_string()) return json_text(value);
     auto text = value.get<std::string>();
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;

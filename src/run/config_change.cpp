@@ -27,6 +27,7 @@ ConfigChange config_change(const Config& earlier, const Config& now) {
     change.length = a.epochs != b.epochs;
     change.saving = a.checkpoint_every != b.checkpoint_every;
     change.filter = earlier.filter.minimum_strength != now.filter.minimum_strength ||
+                    earlier.filter.minimum_share != now.filter.minimum_share ||
                     earlier.filter.relative_threshold != now.filter.relative_threshold ||
                     earlier.filter.absolute_threshold != now.filter.absolute_threshold;
     return change;

@@ -20,6 +20,9 @@ std::string checkpoint_path(const std::string& run) {
 std::string model_path(const std::string& run_or_file) {
     return is_folder(run_or_file) ? checkpoint_path(run_or_file) : run_or_file;
 }
+std::string milestone_path(const std::string& run) {
+    return in_folder(run, "milestone.safetensors");
+}
 std::string metrics_path(const std::string& run) { return in_folder(run, "metrics.csv"); }
 std::string config_path(const std::string& run) { return in_folder(run, "config.yaml"); }
 std::string log_path(const std::string& run) { return in_folder(run, "log.txt"); }

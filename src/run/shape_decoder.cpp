@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
@@ -112,14 +113,38 @@ const VertexFit& ShapeDecoder::made(std::unique_ptr<VertexFit>& fit, VertexFitOp
     return *fit;
 }
 
+std::vector<Point> ShapeDecoder::truth_in_place(int shape) const {
+    const FeatureSet& set = file_.outline();
+    // aligned = rotation * input + translation
+    RigidMotion back;
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(
+        set.rotation[at(shape)].data());
+    back.rotation = rotation.transpose();
+    back.translation =
+        -(back.rotation * Eigen::Map<const Eigen::Vector3d>(set.translation[at(shape)].data()));
+    return moved(truth(shape), back);
+}
+
 std::optional<double> ShapeDecoder::relative_squared_error_of(int shape,
                                                               const DecodedShape& decoded) const {
+    return relative_squared_error_of(shape, decoded.rows);
+}
+
+std::optional<double> ShapeDecoder::relative_squared_error_of_reference(int shape) const {
+    std::vector<float> rows;
+    for (int v = 0; v < run_.reference().vertex_count(); ++v) {
+        rows.insert(rows.end(), kReferenceFeature.begin(), kReferenceFeature.end());
+    }
+    return relative_squared_error_of(shape, std::move(rows));
+}
+
+std::optional<double> ShapeDecoder::relative_squared_error_of(int shape,
+                                                              std::vector<float> result) const {
     if (run_.model->rows() != ShapeRows::features) return std::nullopt;
     const std::span<const float> features = shapes_.shape(shape);
     if (is_reference(features)) return std::nullopt;
     const ChannelScale& minmax = run_.context().minmax;
     std::vector<float> truth(features.begin(), features.end());
-    std::vector<float> result = decoded.rows;
     minmax.scale(truth);
     minmax.scale(result);
     return relative_squared_error(truth, result);

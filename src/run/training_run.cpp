@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <memory>
 #include <optional>
 
+#include "milestone.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
@@ -16,6 +18,7 @@
 #include "mscomp/base/outputs.h"
 #include "mscomp/base/paths.h"
 #include "mscomp/config/config_file.h"
+#include "mscomp/model/divergence.h"
 #include "mscomp/run/config_change.h"
 #include "mscomp/run/peak_memory.h"
 #include "mscomp/run/run_folder.h"
@@ -56,9 +59,10 @@ void describe(const TrainingSetup& setup, const std::string& run, LineFile& log)
     const std::vector<std::string>& names = setup.features.outline().names;
     for (const FeatureExtreme& extreme : setup.scaler.extremes) {
         log.append(
-            fmt::format("extreme of the training features: channel {} is {:.6g} in {} at vertex {}",
+            fmt::format("extreme of the training features: channel {} is {:.6g} in {} at vertex {} "
+                        "(counting from 1)",
                         extreme.channel, extreme.value, names[at(extreme.shape)],
-                        setup.context.places.vertex(extreme.vertex)));
+                        setup.context.places.vertex(extreme.vertex) + 1));
     }
 }
 
@@ -70,17 +74,22 @@ class Training {
           setup_(setup),
           learner_(learner),
           log_(log),
-          metrics_(metrics_path(run), learner.term_names(), learner.state().epoch) {}
+          milestone_(run, setup.config.train.checkpoint_every, learner.state().epoch) {
+        open_metrics();
+    }
 
     /// Rows and log first, so that the checkpoint never claims more than they hold.
     void save() {
-        metrics_.sync();
+        metrics_->sync();
         const TrainingState& state = learner_.state();
-        write_model(checkpoint_path(run_), *setup_.model, setup_.context, state, learner_.codes());
+        const CodeTable codes = learner_.codes();
+        milestone_.before_saving(state.epoch, learner_.is_over());
+        write_model(checkpoint_path(run_), *setup_.model, setup_.context, state, codes);
         note_saved();
     }
     void note_saved() {
         const TrainingState& state = learner_.state();
+        milestone_.after_saving(state.epoch, learner_.is_over());
         log_.append(fmt::format("saved at epoch {}, step {}, loss {:.6g}; peak memory {:.0f} MiB",
                                 state.epoch, state.step, state.total, peak_memory_mib()));
         log_.sync();
@@ -90,19 +99,59 @@ class Training {
     /// Epochs until the end, or until `options` say stop; true if they did.
     bool go_on(const TrainingOptions& options) {
         if (options.on_begin) options.on_begin(learner_.state());
-        while (!learner_.is_over()) {
-            const EpochReport report = learner_.run_epoch();
-            metrics_.append(report);
-            if (options.on_epoch) options.on_epoch(report, metrics_.term_names());
-            const bool is_stopped = options.should_stop && options.should_stop();
-            const bool is_wanted = options.should_save && options.should_save();
-            if (is_stopped || is_wanted || is_due()) save();
-            if (is_stopped) return true;
+        bool is_stopped = false;
+        while (!is_stopped && !learner_.is_over()) {
+            try {
+                is_stopped = run_epoch(options);
+            } catch (const DivergenceError& error) {
+                go_back(error, options);
+            }
         }
-        return false;
+        return is_stopped;
     }
 
   private:
+    /// True if `options` say stop.
+    bool run_epoch(const TrainingOptions& options) {
+        const EpochReport report = learner_.run_epoch();
+        metrics_->append(report);
+        if (options.on_epoch) options.on_epoch(report, metrics_->term_names());
+        const bool is_stopped = options.should_stop && options.should_stop();
+        const bool is_wanted = options.should_save && options.should_save();
+        if (is_stopped || is_wanted || is_due()) save();
+        return is_stopped;
+    }
+
+    /// To the last milestone, at half the rate.
+    void go_back(const DivergenceError& error, const TrainingOptions& options) {
+        constexpr int kMostTimes = 10;
+        const double factor = learner_.state().rate_factor / 2;
+        if (factor < std::ldexp(1.0, -kMostTimes)) {
+            throw NumericalError(
+                fmt::format("{}; half the learning rate did not help {} times, the last "
+                            "checkpoint is kept",
+                            error.what(), kMostTimes));
+        }
+        const ModelFile good = milestone_.open();
+        TrainingState state = good.state();
+        state.rate_factor = factor;
+        good.load(*setup_.model);
+        learner_.resume(state);
+        open_metrics();
+        const std::string what = fmt::format(
+            "{}; went back to epoch {}, the learning rate is {:g} times what it was meant to be "
+            "from now on",
+            error.what(), state.epoch, factor);
+        log_.append(what);
+        if (options.on_setback) options.on_setback(state, what);
+    }
+
+    /// With the rows up to the epoch that is reached.
+    void open_metrics() {
+        metrics_.reset();
+        metrics_.emplace(metrics_path(run_), learner_.term_names(), learner_.state().epoch);
+    }
+
     bool is_due() const {
         constexpr std::chrono::seconds kLongestUnsaved{120};
         return learner_.state().epoch % setup_.config.train.checkpoint_every == 0 ||
@@ -113,7 +162,8 @@ class Training {
     TrainingSetup& setup_;
     Learner& learner_;
     LineFile& log_;
-    MetricsFile metrics_;
+    Milestone milestone_;
+    std::optional<MetricsFile> metrics_;
     std::chrono::steady_clock::time_point saved_at_ = std::chrono::steady_clock::now();
 };
 

@@ -90,6 +90,11 @@ void train_point(const std::string& run, const Config& config, const PointData& 
         };
     }
     training.on_epoch = options.on_epoch;
+    if (options.on_setback) {
+        training.on_setback = [&](const TrainingState& state, const std::string& what) {
+            options.on_setback(state, config.train.epochs, what);
+        };
+    }
     training.should_stop = interrupted;
     training.should_save = take_save_request;
     if (train_run(config, run, training).is_stopped) throw_if_interrupted("interrupted");

@@ -279,7 +279,22 @@ TEST_F(RigidSequence, OneShapeIsNotCalledShapes) {
     const Outcome one = run("acapfeat extract in/frame_0.obj -o f.safetensors");
     EXPECT_THAT(one.out, HasSubstr("f.safetensors: 1 shape, 162 vertices, 320 faces"));
     EXPECT_THAT(one.out, HasSubstr("for 1 of 1 shape;"));
-    EXPECT_THAT(run("acapfeat info f.safetensors").out, HasSubstr("counted from 0)"));
+}
+
+// Vertices have one number in all that is said to people, from 1 as in OBJ files, and one in all
+// that programs read, from 0.
+TEST_F(RigidSequence, InfoCountsVerticesAsItsWarningsDo) {
+    ASSERT_EQ(run("acapfeat extract in -o f.safetensors").code, 0);
+    const std::string text = run("acapfeat info f.safetensors").out;
+    const auto info = nlohmann::json::parse(run("acapfeat info f.safetensors --json").out);
+    for (const char* what : {"rotation_vector", "stretch"}) {
+        for (const char* end : {"lowest", "highest"}) {
+            EXPECT_THAT(text,
+                        HasSubstr("vertex " +
+                                  std::to_string(info[what][end]["vertex"].get<int>() + 1) + ")"));
+        }
+    }
+    EXPECT_THAT(text, HasSubstr("counted from 1 (from 0 with --json)"));
 }
 
 TEST_F(RigidSequence, InfoReportsEveryEnergyOfEveryShape) {

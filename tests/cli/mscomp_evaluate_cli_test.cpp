@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // mscomp evaluate, and reconstruct --fit vertices, as a user runs them on a small generated arm.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -17,6 +18,7 @@
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/base/points.h"
 #include "mscomp/eval/farthest_points.h"
 #include "mscomp/eval/measures.h"
 
@@ -31,6 +33,11 @@ struct Outcome {
     int code = -1;
     std::string out, err;
 };
+
+/// "arm/frame_0007.obj"
+std::string fmt_name(const char* stem, int frame) {
+    return fmt::format("{}{:04}.obj", stem, frame);
+}
 
 /// One arm of 16 frames, every third of which trains, shared by all tests.
 class MscompEvaluate : public testing::Test {
@@ -226,6 +233,128 @@ TEST_F(MscompEvaluate, OrderDecidesAboutTheTemporalPart) {
     EXPECT_EQ(unordered.at("order"), "set");
     EXPECT_EQ(unordered.at("split"), "all");
     EXPECT_EQ(unordered.at("shapes"), 16);
+}
+
+/// The temporal part of STED by its definition (docs/measures.md): t of the truth, t' of the
+/// result.
+double temporal_part(const std::vector<std::vector<Point>>& truth,
+                     const std::vector<std::vector<Point>>& result, double radius) {
+    const auto length = [&](const std::vector<std::vector<Point>>& all, std::size_t f,
+                            std::size_t v) {
+        double square = 0.002 * 0.002;
+        for (std::size_t x = 0; x < 3; ++x) {
+            square += std::pow((all[f + 1][v][x] - all[f][v][x]) / radius, 2);
+        }
+        return std::sqrt(square);
+    };
+    const std::size_t steps = truth.size() - 1, vertices = truth[0].size();
+    double sum = 0;
+    for (std::size_t v = 0; v < vertices; ++v) {
+        for (std::size_t f = 0; f < steps; ++f) {
+            double mean = 0;
+            const std::size_t first = f == 0 ? 0 : f - 1, last = std::min(f + 1, steps - 1);
+            for (std::size_t g = first; g <= last; ++g) mean += length(truth, g, v);
+            mean /= static_cast<double>(last - first + 1);
+            sum += std::abs(length(result, f, v) - length(truth, f, v)) / mean;
+        }
+    }
+    return sum / static_cast<double>(steps * vertices);
+}
+
+/// Turned about z and moved, more from frame to frame.
+std::vector<Point> marched(const std::vector<Point>& points, int frame) {
+    const double angle = 0.2 * frame, c = std::cos(angle), s = std::sin(angle);
+    std::vector<Point> result;
+    for (const Point& p : points) {
+        result.push_back({c * p[0] - s * p[1] + 0.3 * frame, s * p[0] + c * p[1], p[2]});
+    }
+    return result;
+}
+
+// Extraction aligns every frame to the reference; the truth of the temporal part is where the
+// frames of the input really were.
+TEST_F(MscompEvaluate, TemporalPartIsThatOfTheFramesWhereTheyWere) {
+    fs::create_directory(path("march"));
+    std::vector<std::vector<Point>> truth;
+    for (int f = 0; f < 16; ++f) {
+        TriangleMesh mesh = read_mesh(path(fmt_name("arm/frame_", f)));
+        mesh.vertices = marched(mesh.vertices, f);
+        truth.push_back(mesh.vertices);
+        write_obj(path(fmt_name("march/frame_", f)), mesh);
+    }
+    ok(shell(std::string(MSCOMP_BIN_DIR) + "/acapfeat extract march -o march.safetensors --quiet"));
+    ok(
+        mscomp("train config.yaml -o march.run --quiet --set data.features=march.safetensors "
+               "--set train.epochs=5"));
+    ok(mscomp("reconstruct march.run march.safetensors -o marched --quiet"));
+    std::vector<std::vector<Point>> result;
+    for (int f = 0; f < 16; ++f) {
+        const TriangleMesh mesh = read_mesh(path(fmt_name("marched/frame_", f)));
+        result.push_back(aligned_to(truth[static_cast<std::size_t>(f)], mesh.vertices));
+    }
+    const double radius = 1 / unit_ball_scale(truth[0]);
+    const json report = evaluated("march.run --split all --fit features");
+    const double wanted = temporal_part(truth, result, radius);
+    EXPECT_NEAR(report["features"]["sted_temporal"], wanted, 1e-4 * wanted);
+    std::vector<std::vector<Point>> aligned_truth, aligned_result;
+    for (std::size_t f = 0; f < truth.size(); ++f) {
+        aligned_truth.push_back(aligned_to(truth[0], truth[f]));
+        aligned_result.push_back(aligned_to(aligned_truth[f], result[f]));
+    }
+    EXPECT_GT(temporal_part(aligned_truth, aligned_result, radius), 1.2 * wanted)
+        << "aligned one by one they move less";
+}
+
+// The undeformed reference, measured like a result: what an error has to be compared with. It is at
+// zero for [A] eq. 8 only if the ranges of the training shapes lie symmetrically around it.
+TEST_F(MscompEvaluate, TheReferenceStandsBesideTheFits) {
+    const json report = evaluated("run --split all --fit features");
+    const FeatureFile file(path("arm.safetensors"));
+    const FeatureSet& set = file.outline();
+    std::array<double, 2> low{1e9, 1e9}, high{-1e9, -1e9};
+    for (int m = 0; m < 16; m += 3) {  // the training shapes
+        const std::span<const float> row = file.shape(m);
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            const std::size_t group = i % 9 < 3 ? 0 : 1;
+            low[group] = std::min(low[group], static_cast<double>(row[i]));
+            high[group] = std::max(high[group], static_cast<double>(row[i]));
+        }
+    }
+    double mean = 0, most = 0;
+    RmsError rms(set.reference.vertices);
+    for (int m = 1; m < 16; ++m) {  // 0 is the reference
+        const std::span<const float> row = file.shape(m);
+        double error = 0, size = 0;
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            const std::size_t group = i % 9 < 3 ? 0 : 1;
+            const double half = (high[group] - low[group]) / 2;
+            const double middle = (high[group] + low[group]) / 2;
+            const double reference = i % 9 == 3 || i % 9 == 6 || i % 9 == 8 ? 1 : 0;
+            const double x = (static_cast<double>(row[i]) - middle) / half;
+            const double y = (reference - middle) / half;
+            error += (x - y) * (x - y);
+            size += x * x;
+        }
+        mean += error / size / 15;
+        most = std::max(most, error / size);
+    }
+    for (int m = 0; m < 16; ++m) rms.add(points_of(file.vertices(m)), set.reference.vertices);
+    const json& reference = report.at("reference");
+    EXPECT_NEAR(reference.at("relative_squared_error_mean"), mean, 1e-5 * mean);
+    EXPECT_NEAR(reference.at("relative_squared_error_max"), most, 1e-5 * most);
+    EXPECT_LT(most, 0.999) << "it is not 1";
+    EXPECT_NEAR(reference.at("rms_error"), rms.value(), 1e-9 * rms.value());
+    const std::string text = ok(mscomp("evaluate run --split all --fit features --quiet")).out;
+    EXPECT_THAT(text, HasSubstr("reference\n"));
+    EXPECT_THAT(text, HasSubstr(fmt::format("{:>10.5f}\n", mean)));
+}
+
+// 10 shapes, however many passes each has to go through.
+TEST_F(MscompEvaluate, ProgressCountsShapes) {
+    const std::string shown = ok(mscomp("evaluate run --components 2 --handles 8")).err;
+    EXPECT_THAT(shown, HasSubstr("10/10"));
+    EXPECT_THAT(shown, testing::Not(HasSubstr("/20")));
+    EXPECT_THAT(shown, testing::Not(HasSubstr("/40")));
 }
 
 TEST_F(MscompEvaluate, WritesTablesAndAPicture) {

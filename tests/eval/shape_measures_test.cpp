@@ -71,6 +71,23 @@ TEST(ShapeMeasures, AreThoseOfTheSingleMeasures) {
     EXPECT_FALSE(measures.total().relative_squared_error_max.has_value());
 }
 
+// Truths that were aligned one by one have lost their way through space: it is told beside them.
+TEST(ShapeMeasures, TemporalPartIsOfTruthsInTheirPlaces) {
+    const TriangleMesh mesh = shapes::icosphere(1);
+    const Frames in_place = random_walk(mesh.vertices, 4, 0.1, 1);
+    const Frames result = random_walk(mesh.vertices, 4, 0.1, 70);
+    ShapeMeasures told(mesh, ShapeOrder::sequence), lost(mesh, ShapeOrder::sequence);
+    Sted sted(mesh, ShapeOrder::sequence);
+    for (std::size_t f = 0; f < in_place.size(); ++f) {
+        const std::vector<Point> aligned = aligned_to(mesh.vertices, in_place[f]);
+        sted.add(in_place[f], result[f]);
+        const ShapeErrors row = lost.add("", aligned, result[f]);
+        EXPECT_EQ(told.add("", aligned, result[f], {}, in_place[f]).rms_error, row.rms_error);
+    }
+    EXPECT_EQ(told.total().sted.value, sted.value().value);
+    EXPECT_GT(std::abs(*told.total().sted.temporal - *lost.total().sted.temporal), 1e-3);
+}
+
 TEST(ShapeMeasures, OfPerfectResultsAreZero) {
     const TriangleMesh mesh = shapes::icosphere(1);
     ShapeMeasures measures(mesh, ShapeOrder::sequence);

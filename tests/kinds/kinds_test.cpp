@@ -15,6 +15,7 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/model/components.h"
+#include "mscomp/model/divergence.h"
 #include "mscomp/model/model_file.h"
 #include "mscomp/nn/kinds.h"
 #include "nn/network.h"
@@ -188,6 +189,69 @@ TEST_P(EachKind, ResumedIsUninterrupted) {
         rest->resume(file.state());
         go_on(*rest, 11);
         EXPECT_EQ(state_of(*second, *rest), wanted) << "saved at " << saved;
+    }
+}
+
+// A rate far too high is noticed, at the latest when the model shall be saved, and an earlier state
+// loaded into the very same model goes on as if nothing had been.
+TEST_P(EachKind, WhatGoesAstrayIsNoticedAndUndone) {
+    if (!is_network()) GTEST_SKIP() << "a closed form has no rate";
+    const auto model = make();
+    const auto learner = train(*model, 4);
+    const ModelFile good(save(*model, *learner));
+    go_on(*learner, 9);
+    const std::string wanted = state_of(*model, *learner);
+    for (const double rate : {1.0, 1e3, 1e19, 1e38}) {
+        TrainingState wild = good.state();
+        good.load(*model);
+        wild.rate_factor = rate / config_.train.learning_rate;
+        learner->resume(wild);
+        EXPECT_THROW(
+            {
+                go_on(*learner, 9);
+                learner->codes();
+            },
+            DivergenceError)
+            << rate;
+        good.load(*model);
+        learner->resume(good.state());
+        go_on(*learner, 9);
+        EXPECT_EQ(state_of(*model, *learner), wanted) << rate;
+    }
+}
+
+// Nothing that trains is taken for astray, whatever the reading: after every epoch, for long.
+TEST_P(EachKind, WhatTrainsIsNotTakenForAstray) {
+    for (const Start start : {Start::deflation, Start::random}) {
+        for (const SparsityStep step : {SparsityStep::proximal, SparsityStep::subgradient}) {
+            for (const double rate : {1e-4, 3e-3, 1e-2}) {
+                config_.train.start = start;
+                config_.train.sparsity_step = step;
+                config_.train.learning_rate = rate;
+                const auto model = make();
+                const auto learner = model->learner(shapes_, problem_.shapes);
+                learner->start();
+                while (learner->state().epoch < 30 && !learner->is_over()) {
+                    learner->codes();
+                    ASSERT_NO_THROW(learner->run_epoch()) << rate;
+                }
+                EXPECT_NO_THROW(learner->codes());
+            }
+        }
+    }
+}
+
+// The reference is at zero, and what is zero comes back as zero: training moves it nowhere.
+TEST_P(EachKind, GivesItsReferenceBack) {
+    if (!is_network()) GTEST_SKIP() << "principal components are around the mean";
+    scale_ = around_reference(2);
+    const auto model = make();
+    const auto learner = train(*model, 10);
+    const std::vector<float> codes = model->reference_codes();
+    for (const float code : codes) EXPECT_EQ(code, 0.0F);
+    const std::vector<float> rows = model->decode(codes);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        ASSERT_EQ(rows[i], kReferenceFeature[i % kFeatureDim]) << i;
     }
 }
 

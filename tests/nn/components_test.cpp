@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -11,6 +12,7 @@
 #include "nn/start.h"
 #include "op_table.h"
 #include "shapes.h"
+#include "small_spectral.h"
 #include "small_training.h"
 #include "two_components.h"
 
@@ -204,6 +206,72 @@ TEST(Components, MoveNothingFarFromTheirSupport) {
     EXPECT_EQ(components[3].id, "0.0");
     EXPECT_EQ(components[8].id, "2.1");
     EXPECT_EQ(components[8].parent, "2");
+}
+
+/// Edges between each vertex and `from`.
+std::vector<int> ring_distances(const TriangleMesh& mesh, int from) {
+    const OneRings rings = one_rings_of_faces(mesh.vertex_count(), mesh.faces);
+    std::vector<int> distance(mesh.vertices.size(), -1), next{from};
+    distance[static_cast<std::size_t>(from)] = 0;
+    for (std::size_t i = 0; i < next.size(); ++i) {
+        const auto v = static_cast<std::size_t>(next[i]);
+        for (int n = rings.offsets[v]; n < rings.offsets[v + 1]; ++n) {
+            const int other = rings.neighbors[static_cast<std::size_t>(n)];
+            if (distance[static_cast<std::size_t>(other)] >= 0) continue;
+            distance[static_cast<std::size_t>(other)] = distance[v] + 1;
+            next.push_back(other);
+        }
+    }
+    return distance;
+}
+
+/// How many rings around `vertex`, its whole support, component 0 changes features, exactly.
+int rings_changed(Model<float>& model, const TriangleMesh& mesh, int vertex) {
+    ParameterSet<float>& parameters = model.parameters();
+    for (int i = 0; i < parameters.count(); ++i) std::ranges::fill(parameters.value(i), 0.3F);
+    const int index = model.component_weights(0);
+    std::vector<float> weights(parameters.value(index).size(), 0.0F);
+    for (int c = 0; c < 9; ++c) weights[static_cast<std::size_t>(vertex * 9 + c)] = 0.5F;
+    model.from_user_order(index, weights, parameters.value(index));
+    const Network network(model, around_reference(1));
+    std::vector<float> codes(static_cast<std::size_t>(network.code_count()), 0.0F), moved = codes;
+    moved[0] = 1;
+    const std::vector<float> change = network.change(moved, codes);
+    const std::vector<int> distance = ring_distances(mesh, vertex);
+    int rings = 0;
+    for (std::size_t i = 0; i < change.size(); ++i) {
+        if (change[i] != 0) rings = std::max(rings, distance[i / 9]);
+    }
+    return rings;
+}
+
+// A convolution over one ring looks one ring far, Chebyshev filters of order H look H - 1.
+TEST(Components, MoveTheSupportAndWhatTheConvolutionSees) {
+    SmallTraining problem;
+    problem.config.stacked.levels = {{1, 0.3, 1.0, {}}};
+    EXPECT_EQ(rings_changed(*problem.make_model(), problem.mesh, 5), 1);
+    problem.config.spectral.components = 1;
+    for (const int order : {1, 2, 3, 4}) {
+        problem.config.spectral.filter_order = order;
+        EXPECT_EQ(rings_changed(*make_vae<float>(problem), problem.mesh, 5), order - 1);
+    }
+}
+
+// Whatever the unit or the resolution: beside the strongest. 0 is the paper, which has no such
+// rule.
+TEST_F(ByHand, WeakOnesBesideTheStrongestAreDropped) {
+    FilterConfig filter;
+    filter.minimum_strength = 0;
+    filter.minimum_share = 0;
+    const double most = all(filter)[0].strength, least = all(filter)[1].strength;
+    ASSERT_TRUE(0 < least && least < most) << least << ", " << most;
+    for (const double share : {0.0, 0.99 * least / most, 1.01 * least / most, 1.0}) {
+        filter.minimum_share = share;
+        for (const Component& c : all(filter)) {
+            EXPECT_EQ(c.kept, c.strength >= share * most) << share << " " << c.strength;
+            EXPECT_EQ(c.kept, c.reason.empty());
+        }
+    }
 }
 
 TEST(Components, BelowTheMinimumStrengthAreDroppedWithAReason) {

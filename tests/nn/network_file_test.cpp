@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
+#include <list>
+#include <utility>
 
 #include "base/temporary_folder.h"
 #include "mscomp/base/atomic_file.h"
@@ -221,12 +223,131 @@ TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
     model->set_centers(0, {0, 1, -1});
     EXPECT_THROW(load(), CheckpointError) << "a component without centre";
     model->set_centers(0, {0, 1, 2});
-    model->parameters().value(0)[3] = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_THROW(load(), CheckpointError) << "a parameter that is not finite";
-    model->parameters().value(0)[3] = 0;
-    model->parameters().value(model->levels()[1].weights).back() =
-        std::numeric_limits<float>::infinity();
-    EXPECT_THROW(load(), CheckpointError) << "a component weight that is not finite";
+}
+
+/// A copy of `file` at `path` in which the last number of `name` is `value`; an array `without` is
+/// left out.
+void write_changed(const SafetensorsFile& file, const std::string& path, const std::string& name,
+                   double value, const std::string& without = "") {
+    SafetensorsWriter writer;
+    for (const auto& [key, text] : file.metadata()) {
+        if (!key.starts_with("xxh3")) writer.set_metadata(key, text);
+    }
+    std::list<std::vector<double>> doubles;
+    std::list<std::vector<float>> floats;
+    for (const std::string& other : file.names()) {
+        if (other == without) continue;
+        const Shape& shape = file.shape(other);
+        const bool is_changed = other == name;
+        switch (file.type(other)) {
+            case DataType::f32: {
+                const auto data = file.data<float>(other, shape);
+                floats.emplace_back(data.begin(), data.end());
+                if (is_changed) floats.back().back() = static_cast<float>(value);
+                writer.add<float>(other, shape, floats.back());
+                break;
+            }
+            case DataType::f64: {
+                const auto data = file.data<double>(other, shape);
+                doubles.emplace_back(data.begin(), data.end());
+                if (is_changed) doubles.back().back() = value;
+                writer.add<double>(other, shape, doubles.back());
+                break;
+            }
+            case DataType::i32:
+                writer.add<int>(other, shape, file.data<int>(other, shape));
+                break;
+            default:
+                writer.add<std::uint8_t>(other, shape, file.data<std::uint8_t>(other, shape));
+        }
+    }
+    writer.write(path);
+}
+
+// Of whatever array: parameters, both moments, codes, state, scaler, mesh.
+TEST_F(ModelFileTest, RefusesEveryArrayWithANumberThatIsNotFinite) {
+    const SafetensorsFile file(saved());
+    const std::string path = temporary("changed.safetensors");
+    int arrays = 0;
+    for (const std::string& name : file.names()) {
+        if (file.type(name) != DataType::f32 && file.type(name) != DataType::f64) continue;
+        ++arrays;
+        for (const double value :
+             {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+            write_changed(file, path, name, value);
+            try {
+                const ModelFile opened(path);
+                FAIL() << name << " was read with " << value;
+            } catch (const CheckpointError& error) {
+                EXPECT_NE(std::string(error.what()).find(name + "["), std::string::npos)
+                    << error.what();
+            }
+        }
+    }
+    EXPECT_GT(arrays, 3 * 14 + 2);
+    write_changed(file, path, "", 0);
+    EXPECT_NO_THROW(ModelFile{path}) << "the copy itself is sound";
+}
+
+// Nor is one ever written: the earlier file stays.
+TEST_F(ModelFileTest, IsNeverWrittenWithANumberThatIsNotFinite) {
+    const std::string path = saved();
+    const std::string before = read_file(path);
+    const auto model = problem_.make_model();
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    const CodeTable codes{9, std::vector<float>(12 * 9)};
+    const auto refused = [&](const std::string& name, const TrainingState& state,
+                             const CodeTable& table) {
+        try {
+            write_network(path, *model, context, state, table);
+            ADD_FAILURE() << name << " was written";
+        } catch (const NumericalError& error) {
+            EXPECT_NE(std::string(error.what()).find(name + "["), std::string::npos)
+                << error.what();
+        }
+        EXPECT_EQ(read_file(path), before) << name;
+    };
+    ParameterSet<float>& parameters = model->parameters();
+    for (int i = 0; i < parameters.count(); ++i) {
+        for (const auto& [prefix, values] : {std::pair{"parameter/", parameters.value(i)},
+                                             std::pair{"adam_m/", parameters.moment1(i)},
+                                             std::pair{"adam_v/", parameters.moment2(i)}}) {
+            values.back() = std::numeric_limits<float>::quiet_NaN();
+            refused(prefix + parameters.entry(i).name, {}, codes);
+            values.back() = 0;
+        }
+    }
+    CodeTable broken = codes;
+    broken.values.back() = std::numeric_limits<float>::infinity();
+    refused("codes/level1", {}, broken);
+    TrainingState state;
+    state.total = std::numeric_limits<double>::infinity();
+    refused("largest_distance_and_total", state, codes);
+}
+
+// The rate is part of the state; files from before it was have the full one.
+TEST_F(ModelFileTest, KeepsTheFactorOfTheRate) {
+    const std::string path = saved();
+    EXPECT_EQ(ModelFile(path).state().rate_factor, 1);
+    const auto model = problem_.make_model();
+    ModelContext context;
+    context.reference = problem_.mesh;
+    context.train_shapes = problem_.shapes;
+    TrainingState state;
+    state.rate_factor = 0.25;
+    state.first_error = 3.5;
+    write_network(path, *model, context, state, {9, std::vector<float>(12 * 9)});
+    EXPECT_EQ(ModelFile(path).state().rate_factor, 0.25);
+    EXPECT_EQ(ModelFile(path).state().first_error, 3.5);
+    write_changed(SafetensorsFile(path), temporary("old.safetensors"), "", 0, "divergence");
+    EXPECT_EQ(ModelFile(temporary("old.safetensors")).state().rate_factor, 1);
+    for (const double wrong : {0.0, -1.0, 2.0}) {
+        state.rate_factor = wrong;
+        write_network(path, *model, context, state, {9, std::vector<float>(12 * 9)});
+        EXPECT_THROW(ModelFile{path}, CheckpointError) << wrong;
+    }
 }
 
 TEST_F(ModelFileTest, RefusesAModelOfAnotherShape) {

@@ -3,9 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <type_traits>
 
+#include "nn/resolution.h"
 #include "op_table.h"
+#include "small_spectral.h"
 #include "small_training.h"
 
 namespace mscomp::nn {
@@ -53,23 +58,72 @@ TEST(Adam, ScalesTheRateOfEachParameter) {
     }
 }
 
+/// Rate scales of all parameters with an entry for each vertex, of a model of either class.
+template <class Model, class Config>
+std::map<std::string, double> rate_scales(const Config& config, int subdivisions) {
+    const TriangleMesh mesh = shapes::icosphere(subdivisions);
+    const OneRings rings = one_rings_of_faces(mesh.vertex_count(), mesh.faces);
+    LineDistances line(2);
+    typename Model::Options options;
+    options.batch = 1;
+    options.losses = false;
+    const auto made = [&] {
+        if constexpr (std::is_same_v<Model, SpectralVae<float>>) {
+            return std::make_unique<Model>(config, SpectralLossConfig{}, rings,
+                                           std::span<const double>{}, line, options);
+        } else {
+            return std::make_unique<Model>(config, LossConfig{}, rings, line, options);
+        }
+    }();
+    std::map<std::string, double> scales;
+    const ParameterSet<float>& parameters = made->parameters();
+    for (int i = 0; i < parameters.count(); ++i) {
+        const auto& entry = parameters.entry(i);
+        if (entry.extents.size() == 4) scales[entry.name] = entry.rate_scale;
+    }
+    return scales;
+}
+
 // Components of unit length on a mesh four times as fine have entries half as long; above 10,000
-// vertices the steps of their weights shrink as these do, below they are as they were.
-TEST(Adam, StepsOfComponentsShrinkOnFineMeshes) {
-    const auto scale_at = [](int subdivisions) {
-        const TriangleMesh mesh = shapes::icosphere(subdivisions);
-        LineDistances line(2);
-        StackedModel<float>::Options options;
-        options.batch = 1;
-        options.losses = false;
-        StackedConfig config;
-        config.levels = {{1, 0.3, {}, {}}};
-        const StackedModel<float> model(
-            config, {}, one_rings_of_faces(mesh.vertex_count(), mesh.faces), line, options);
-        return model.parameters().entry(model.levels()[0].weights).rate_scale;
+// vertices the steps of their weights shrink as these do, below they are as they were. Codes may
+// grow as the vertices do, but not the logarithms of their spread.
+TEST(Adam, StepsOfComponentsShrinkOnFineMeshesInEveryKind) {
+    using Scales = std::map<std::string, double>;
+    StackedConfig stacked;
+    stacked.levels = {{1, 0.3, {}, {}}, {1, 0.3, {}, {}}};
+    SpectralConfig spectral;
+    spectral.components = 1;
+    const Scales coarse = rate_scales<StackedModel<float>>(stacked, 4);  // 2,562 vertices
+    EXPECT_EQ(coarse, (Scales{{"level0.component_weights", 1}, {"level1.component_weights", 1}}));
+    EXPECT_EQ(rate_scales<SpectralVae<float>>(spectral, 4),
+              (Scales{{"component_weights", 1}, {"spread_weights", 1}}));
+    const double fine = 10000.0 / 40962;
+    for (const auto& [name, scale] : rate_scales<StackedModel<float>>(stacked, 6)) {
+        EXPECT_NEAR(scale, std::sqrt(fine), 1e-12) << name;
+    }
+    const Scales vae = rate_scales<SpectralVae<float>>(spectral, 6);
+    EXPECT_NEAR(vae.at("component_weights"), std::sqrt(fine), 1e-12);
+    EXPECT_NEAR(vae.at("spread_weights"), fine, 1e-12);
+}
+
+// The same shapes on a mesh four times as fine: features repeat, errors are four times as large and
+// codes twice. So is the limit, and the penalty four times as large, as the error is.
+TEST(CodeLimits, PenaltyGrowsAsTheErrorDoes) {
+    const auto penalty = [](double code, int vertices) {
+        const CodeLimit limit = code_limit({}, 1, vertices);
+        return limit.weight * std::max(code - limit.limit, 0.0);
     };
-    EXPECT_EQ(scale_at(4), 1.0);                                  // 2,562 vertices
-    EXPECT_NEAR(scale_at(6), std::sqrt(10000.0 / 40962), 1e-12);  // 40,962
+    EXPECT_EQ(code_limit({}, 1, 10000).limit, 5);
+    EXPECT_EQ(code_limit({}, 1, 10000).weight, 1);
+    for (const int vertices : {100, 10000, 1000000}) {
+        const double code = 7 * code_growth(vertices);
+        EXPECT_NEAR(penalty(2 * code, 4 * vertices), 4 * penalty(code, vertices), 1e-9);
+        EXPECT_GT(penalty(code, vertices), 0);
+        EXPECT_EQ(penalty(0.7 * code, vertices), 0);
+        // The papers' number is the same everywhere.
+        EXPECT_EQ(code_limit(5.0, 0.5, vertices).limit, 5);
+        EXPECT_EQ(code_limit(5.0, 0.5, vertices).weight, 0.5);
+    }
 }
 
 class ProximalStep : public testing::Test {

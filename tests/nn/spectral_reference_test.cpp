@@ -43,7 +43,7 @@ SpectralLossConfig loss_config(const nlohmann::json& from) {
             weights.at("Omega"),
             weights.at("Pi"),
             weights.at("Phi"),
-            from.at("theta")};
+            from.at("theta").get<double>()};
 }
 
 /// A case, with small ops or fused.

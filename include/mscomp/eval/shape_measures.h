@@ -39,11 +39,13 @@ class ShapeMeasures {
   public:
     /// Throws as RmsError and Sted.
     ShapeMeasures(const TriangleMesh& reference, ShapeOrder order, const StedOptions& options = {});
-    /// The row of this shape. Throws MeshError if a number of vertices differs from the
-    /// reference's.
+    /// The row of this shape. Truth and result may lie anywhere, but for a sequence, where `truth`
+    /// has to be where the frame really is (Sted::add), or `truth_in_place` says where that is.
+    /// Throws MeshError if a number of vertices differs from the reference's.
     const ShapeErrors& add(std::string name, const std::vector<Point>& truth,
                            const std::vector<Point>& result,
-                           std::optional<double> relative_squared_error = std::nullopt);
+                           std::optional<double> relative_squared_error = std::nullopt,
+                           const std::vector<Point>& truth_in_place = {});
     /// In the order in which they were added.
     const std::vector<ShapeErrors>& shapes() const { return shapes_; }
     SetErrors total() const;

@@ -49,7 +49,9 @@ class Sted {
   public:
     /// Throws MeshError if there are no vertices, UsageError for options out of range.
     Sted(const TriangleMesh& reference, ShapeOrder order, const StedOptions& options = {});
-    /// The next frame. Throws MeshError if a number of vertices differs from the reference's.
+    /// The next frame, with the truth where it really is: the temporal part looks at its way, which
+    /// is lost in truths that were aligned one by one. The result may lie anywhere. Throws
+    /// MeshError if a number of vertices differs from the reference's.
     void add(const std::vector<Point>& truth, const std::vector<Point>& result);
     StedError value() const;
 

@@ -30,7 +30,8 @@ struct Component {
     bool kept = true;
     std::string reason;  // why it was dropped, empty if kept
     int support = 0;     // vertices with component weights that are not exactly zero
-    int moving = 0;  // vertices whose features change at all: the support and one ring around it
+    int moving = 0;      // vertices whose rows change at all: the support and what the convolution
+                         // of the decoder sees around it
     double localization_radius = 0;  // largest normalised geodesic distance from the centre, over
                                      // the vertices where the difference exceeds epsilon_1
     std::vector<float>

@@ -57,6 +57,7 @@ struct TrainConfig {
 /// The redundancy filter ([A] §4.3), in the unit of the model (ShapeModel::unit).
 struct FilterConfig {
     double minimum_strength = 0.01;    // epsilon_2
+    double minimum_share = 0.05;       // the same as a part of the strongest component's; paper: 0
     double relative_threshold = 0.01;  // epsilon_1 as a fraction of the component's peak
     double absolute_threshold =
         0.0;  // epsilon_1 itself; > 0 replaces the relative one (paper: 1e-6)

@@ -24,6 +24,9 @@ struct TrainingState {
     double window_mean = 0, window_sum = 0;
     std::int64_t window_epochs = 0;
     bool is_plateau = false;  // the last window gained too little: training is over
+    /// Factor of the learning rate, halved each time training diverged.
+    double rate_factor = 1;
+    double first_error = 0;  // reconstruction error of the first step; 0: none yet
 };
 
 /// Means over the steps of one epoch.
@@ -52,10 +55,11 @@ class Learner {
     /// Goes on from a saved state, whose arrays the model already holds.
     virtual void resume(const TrainingState& state) = 0;
     virtual const TrainingState& state() const = 0;
-    /// Throws NumericalError before anything that is not finite gets into the model.
+    /// Throws NumericalError before anything that is not finite gets into the model,
+    /// DivergenceError (divergence.h) where an earlier state and a lower rate may help.
     virtual EpochReport run_epoch() = 0;
     virtual bool is_over() const = 0;
-    /// Codes of the training shapes.
+    /// Codes of the training shapes. Throws DivergenceError for a model that is not worth saving.
     virtual CodeTable codes() = 0;
 };
 

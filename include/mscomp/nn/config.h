@@ -35,6 +35,9 @@ struct StackedConfig {
     Tied tied = Tied::transpose;
     Activation latent_activation = Activation::none;
     Activation decoder_fc_activation = Activation::none;
+    /// Convolutions have biases ([A]). Without them the reference, which is zero, comes back
+    /// exactly.
+    bool bias = false;
     double mask_power = 8.0;  // attention masks ~ a^p, > 0; 1 = the paper
     double mask_epsilon = 1e-12;
     std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
@@ -45,7 +48,9 @@ struct LossConfig {
     double reconstruction = 1.0;
     double sparsity = 1000.0;
     double range = 1.0;
-    double range_limit = 5.0;
+    /// Codes above it are penalised, >= 0. Empty: 5 on a mesh of 10,000 vertices, and on others
+    /// what comes to the same (nn/resolution.h); a number: that on every mesh, in the papers 5.
+    std::optional<double> range_limit;
 };
 
 /// What the configuration of a kind of stacked autoencoders holds for itself.

@@ -47,11 +47,11 @@ struct SpectralConfig {
 /// Weights of the terms of the loss, all >= 0, [B] eq. 13.
 struct SpectralLossConfig {
     double reconstruction = 1.0;
-    double kl = 0.001;            // the paper: 0.01
-    double sparsity = 1000.0;     // Omega
-    double range = 1.0;           // Pi
-    double sparsity_range = 1.0;  // Phi
-    double range_limit = 5.0;     // theta of Pi
+    double kl = 0.001;                  // the paper: 0.01
+    double sparsity = 1000.0;           // Omega
+    double range = 1.0;                 // Pi
+    double sparsity_range = 1.0;        // Phi
+    std::optional<double> range_limit;  // theta of Pi, as in LossConfig
 };
 
 /// The offset that spread_offset stands for: the minimum of reconstruction e^s + kl (e^s - s - 1)/2

@@ -21,7 +21,7 @@ struct EvaluationOptions {
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none
     std::string output;           // folder for tables and pictures; empty: none
-    /// Shapes done times passes over them; may be empty.
+    /// Shapes done of all; what a shape has to go through counts in parts. May be empty.
     std::function<void(std::int64_t done, std::int64_t total)> on_progress;
 };
 

@@ -7,6 +7,8 @@ namespace mscomp {
 
 /// Files of a run folder.
 std::string checkpoint_path(const std::string& run);
+/// The checkpoint that a run goes back to when it diverged, where that is not the last one.
+std::string milestone_path(const std::string& run);
 std::string metrics_path(const std::string& run);
 std::string config_path(const std::string& run);
 std::string log_path(const std::string& run);

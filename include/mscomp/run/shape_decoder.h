@@ -37,6 +37,9 @@ class ShapeDecoder {
     /// The vertices of a shape of the file on the places of the run, (W), as are all below.
     std::vector<Point> truth(int shape) const { return points_of(shapes_.vertices(shape)); }
 
+    /// The same where the shape lay before it was aligned to the reference.
+    std::vector<Point> truth_in_place(int shape) const;
+
     /// Features fit: the codes of the model's encoder, vertices without loss; of the output of the
     /// first `levels` levels, 0 meaning all.
     std::vector<DecodedShape> encode(std::span<const int> shapes, int levels = 0);
@@ -55,8 +58,11 @@ class ShapeDecoder {
     /// [A] eq. 8; none where the model does not decode to features, and for a shape with those of
     /// the reference, which has no deformation to measure by.
     std::optional<double> relative_squared_error_of(int shape, const DecodedShape& decoded) const;
+    /// That of the undeformed reference: what a result has to stay below to be worth anything.
+    std::optional<double> relative_squared_error_of_reference(int shape) const;
 
   private:
+    std::optional<double> relative_squared_error_of(int shape, std::vector<float> rows) const;
     const VertexFit& made(std::unique_ptr<VertexFit>& fit, VertexFitOptions options);
 
     TrainedRun& run_;

@@ -20,6 +20,8 @@ struct TrainingOptions {
     std::function<void(const TrainingState& state)> on_begin;
     /// After every epoch; the names are those of the terms.
     std::function<void(const EpochReport& report, const std::vector<std::string>& terms)> on_epoch;
+    /// Training diverged and went back to `state`, at half the rate; `what` says so for the user.
+    std::function<void(const TrainingState& state, const std::string& what)> on_setback;
     /// Asked after every epoch: then the run is saved, and that is all.
     std::function<bool()> should_stop;
     /// Asked after every epoch: then the run is saved, and goes on.
@@ -42,10 +44,12 @@ void require_free_run(const std::string& run, bool resume, bool force);
 /// is made if it is missing: config.yaml, metrics.csv, log.txt and the checkpoint, saved together
 /// at the start, then every train.checkpoint_every epochs or two minutes, and at the end. A
 /// checkpoint that is there is gone on from if `resume` says so, else replaced. What a resumed run
-/// may change is said by ConfigChange; the change is saved even where no epoch is left. The same
-/// bits whether it was stopped or not, for any number of threads. Throws IoError at once if another
-/// process trains there, UsageError (nothing to train on, a resumed run of other data or another
-/// configuration), CheckpointError, IoError and what training throws.
+/// may change is said by ConfigChange; the change is saved even where no epoch is left. Training
+/// that diverges goes back to the last epoch that is a multiple of train.checkpoint_every, at half
+/// the rate, ten times at most; then it throws NumericalError. The same bits whether it was stopped
+/// or not, for any number of threads. Throws IoError at once if another process trains there,
+/// UsageError (nothing to train on, a resumed run of other data or another configuration),
+/// CheckpointError, IoError and what training throws.
 TrainingResult train_run(const Config& config, const std::string& run,
                          const TrainingOptions& options = {});
 

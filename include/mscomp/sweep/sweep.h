@@ -21,6 +21,7 @@ struct SweepOptions {
     std::function<void(std::size_t index, std::size_t count, const std::string& name)> on_point;
     std::function<void(const TrainingState& state, int epochs)> on_training;
     std::function<void(const EpochReport& report, const std::vector<std::string>& terms)> on_epoch;
+    std::function<void(const TrainingState& state, int epochs, const std::string& what)> on_setback;
     std::function<void(std::int64_t done, std::int64_t total)> on_measure;
 };
 

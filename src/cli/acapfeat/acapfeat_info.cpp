@@ -87,9 +87,9 @@ Json to_json(const FeatureSet& set, const FeatureExtreme& extreme) {
 }
 
 std::string to_text(const FeatureSet& set, const FeatureExtreme& extreme) {
-    return fmt::format("{:.4g} ({} of shape {}, vertex {} counted from 0)", extreme.value,
+    return fmt::format("{:.4g} ({} of shape {}, vertex {})", extreme.value,
                        kChannelNames[at(extreme.channel)], set.names[at(extreme.shape)],
-                       extreme.vertex);
+                       extreme.vertex + 1);
 }
 
 double total_of(const std::vector<double>& values) {
@@ -170,6 +170,7 @@ void print_text(const FeatureFile& file) {
     print_out("                    to {}\n", to_text(set, extremes.highest_rotation));
     print_out("S                   from {}\n", to_text(set, extremes.lowest_stretch));
     print_out("                    to {}\n", to_text(set, extremes.highest_stretch));
+    print_out("                    vertices counted from 1 (from 0 with --json)\n");
     print_energies(set);
     print_jumps(set);
     print_out("warnings            {}\n", set.warnings.empty() ? "none" : "");

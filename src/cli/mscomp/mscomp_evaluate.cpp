@@ -35,20 +35,20 @@ std::string number(const ordered_json& value, const char* format) {
     return value.is_null() ? "-" : fmt::format(fmt::runtime(format), value.get<double>());
 }
 
-/// One measure: a column per fit.
+/// One measure: a column per fit, and what the undeformed reference has.
 void print_measure(const ordered_json& report, const char* label, const char* key,
                    const char* format) {
     print_out("  {:<40}", label);
     for (const std::string& fit : fits_of(report)) {
         print_out("{:>14}", number(report[fit][key], format));
     }
-    print_out("\n");
+    print_out("{:>10}\n", number(report["reference"][key], format));
 }
 
 void print_measures(const ordered_json& report) {
     print_out("{:<42}", "");
     for (const std::string& fit : fits_of(report)) print_out("{:>14}", fit + " fit");
-    print_out("\n");
+    print_out("{:>10}\n", "reference");
     print_measure(report, "E_rms (x1000, unit ball)", "rms_error", "{:.3f}");
     if (!report[fits_of(report).front()]["rms_error_pieces"].is_null()) {
         print_measure(report, "  every piece aligned by itself", "rms_error_pieces", "{:.3f}");
@@ -117,8 +117,11 @@ void print_components(const ordered_json& report) {
     for (std::size_t l = 0; l < report["components"].size(); ++l) {
         print_out("{} {} on level {}", l == 0 ? "" : ",", report["components"][l].get<int>(), l);
     }
-    print_out("; mean support {:.1f} % of the vertices\n",
-              100 * report[fits.front()]["support_mean"].get<double>());
+    const ordered_json& support = report[fits.front()]["support_mean"];
+    if (!support.is_null()) {
+        print_out("; mean support {:.1f} % of the vertices", 100 * support.get<double>());
+    }
+    print_out("\n");
     print_out("cosine similarity of different components: mean {}, largest {}\n",
               number(report["cosine"]["mean"], "{:.3f}"),
               number(report["cosine"]["max"], "{:.3f}"));

@@ -43,27 +43,36 @@ void run_run_info(const RunInfoOptions& options) {
                           {"kept", kept},
                           {"support_mean", mean_support(components, l, vertices)}});
     }
-    const nlohmann::ordered_json report{{"run", options.run},
-                                        {"kind", run.config.kind},
-                                        {"source", context.source},
-                                        {"vertices", context.mesh().vertex_count()},
-                                        {"faces", context.reference.face_count()},
-                                        {"train_shapes", context.train_shapes.size()},
-                                        {"test_shapes", context.test_shapes.size()},
-                                        {"epochs", run.file.state().epoch},
-                                        {"epochs_planned", run.config.train.epochs},
-                                        {"steps", run.file.state().step},
-                                        {"loss", run.file.state().total},
-                                        {"largest_distance", context.largest_distance},
-                                        {"largest_distance_exact", context.largest_distance_exact},
-                                        {"levels", levels}};
+    const TrainingState& state = run.file.state();
+    // The loss is that of the last step: before the first there is none.
+    const bool has_loss = state.step > 0;
+    const nlohmann::ordered_json report{
+        {"run", options.run},
+        {"kind", run.config.kind},
+        {"source", context.source},
+        {"vertices", context.mesh().vertex_count()},
+        {"faces", context.reference.face_count()},
+        {"train_shapes", context.train_shapes.size()},
+        {"test_shapes", context.test_shapes.size()},
+        {"epochs", state.epoch},
+        {"epochs_planned", run.config.train.epochs},
+        {"steps", state.step},
+        {"loss", has_loss ? nlohmann::ordered_json(state.total) : nlohmann::ordered_json(nullptr)},
+        {"rate_factor", state.rate_factor},
+        {"largest_distance", context.largest_distance},
+        {"largest_distance_exact", context.largest_distance_exact},
+        {"levels", levels}};
     if (options.common.json) {
         print_lines(json_text(report, 2) + "\n");
         return;
     }
-    print_out("{}: {}, {} of {} epochs, {} steps, loss {:.6g}\n", options.run, run.config.kind,
-              run.file.state().epoch, run.config.train.epochs, run.file.state().step,
-              run.file.state().total);
+    print_out("{}: {}, {} of {} epochs, {} steps, loss {}\n", options.run, run.config.kind,
+              state.epoch, run.config.train.epochs, state.step,
+              has_loss ? fmt::format("{:.6g}", state.total) : "not known yet");
+    if (state.rate_factor < 1) {
+        print_out("training diverged and went back; learning rate times {:g} since then\n",
+                  state.rate_factor);
+    }
     print_out("trained on {} of {} shapes of {}, {} vertices, {} faces\n",
               context.train_shapes.size(), context.train_shapes.size() + context.test_shapes.size(),
               context.source, context.mesh().vertex_count(), context.reference.face_count());

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cli/progress.h"
 #include "cli/say.h"
@@ -28,13 +29,15 @@ namespace {
 struct FitErrors {
     explicit FitErrors(const std::vector<Point>& reference) : rms(reference) {}
     RmsError rms;
-    double relative_squared_error_max = 0;
+    std::optional<double> relative_squared_error_max;  // none where no shape has one
 };
 
 void add(FitErrors& errors, const ShapeDecoder& decoder, int shape, const DecodedShape& decoded) {
     errors.rms.add(decoder.truth(shape), decoded.vertices);
     if (const auto error = decoder.relative_squared_error_of(shape, decoded)) {
-        errors.relative_squared_error_max = std::max(errors.relative_squared_error_max, *error);
+        double& most = errors.relative_squared_error_max.emplace(
+            errors.relative_squared_error_max.value_or(*error));
+        most = std::max(most, *error);
     }
 }
 
@@ -84,21 +87,26 @@ void print_report(const DecodeOptions& options, std::size_t shapes, int levels,
     const FitErrors& written = fits_vertices ? errors.vertices : errors.features;
     const double plain = errors.features.rms.value();
     if (options.common.json) {
-        nlohmann::ordered_json report{
-            {"folder", options.output},
-            {"split", options.split},
-            {"shapes", shapes},
-            {"levels", levels},
-            {"fit", options.fit},
-            {"rms_error", written.rms.value()},
-            {"relative_squared_error_max", written.relative_squared_error_max}};
+        nlohmann::ordered_json report{{"folder", options.output},
+                                      {"split", options.split},
+                                      {"shapes", shapes},
+                                      {"levels", levels},
+                                      {"fit", options.fit},
+                                      {"rms_error", written.rms.value()},
+                                      {"relative_squared_error_max", nullptr}};
+        if (const auto& most = written.relative_squared_error_max) {
+            report["relative_squared_error_max"] = *most;
+        }
         if (fits_vertices) report["rms_error_features"] = plain;
         print_lines(json_text(report, 2) + "\n");
         return;
     }
     print_out("{}: {} meshes from {} level(s)\n", options.output, shapes, levels);
-    print_out("E_rms {:.3f} (x1000, unit ball), largest relative squared feature error {:.5f}\n",
-              written.rms.value(), written.relative_squared_error_max);
+    print_out("E_rms {:.3f} (x1000, unit ball)", written.rms.value());
+    if (const auto& most = written.relative_squared_error_max) {
+        print_out(", largest relative squared feature error {:.5f}", *most);
+    }
+    print_out("\n");
     if (fits_vertices) {
         print_out("codes fitted to the vertices; E_rms {:.3f} with those of the encoder\n", plain);
     }

@@ -43,6 +43,12 @@ class SweepProgress {
                                   const std::vector<std::string>& terms) {
             training_->update(report.state.epoch, describe_loss(report, terms));
         };
+        options.on_setback = [this](const TrainingState& state, int epochs,
+                                    const std::string& what) {
+            training_.reset();
+            if (!quiet_) say("mscomp: warning: {}\n", what);
+            training_.emplace("train", epochs, progress_options(quiet_, state.epoch));
+        };
         options.on_measure = [this](std::int64_t done, std::int64_t total) {
             training_.reset();
             if (!measuring_) measuring_.emplace("evaluate", total, progress_options(quiet_));

@@ -75,7 +75,7 @@ TrainingResult train(const TrainOptions& options, const Config& config, const st
     training.resume = options.resume;
     training.title = "mscomp train " + options.config;
     training.on_warning = [&](const std::string& sentence) {
-        if (!options.common.quiet) fmt::print(stderr, "mscomp: warning: {}\n", sentence);
+        if (!options.common.quiet) say("mscomp: warning: {}\n", sentence);
     };
     training.on_begin = [&](const TrainingState& state) {
         progress.emplace("train", config.train.epochs,
@@ -83,6 +83,11 @@ TrainingResult train(const TrainOptions& options, const Config& config, const st
     };
     training.on_epoch = [&](const EpochReport& report, const std::vector<std::string>& terms) {
         progress->update(report.state.epoch, describe_loss(report, terms));
+    };
+    training.on_setback = [&](const TrainingState& state, const std::string& what) {
+        progress.reset();
+        if (!options.common.quiet) say("mscomp: warning: {}\n", what);
+        training.on_begin(state);
     };
     training.should_stop = interrupted;
     training.should_save = take_save_request;

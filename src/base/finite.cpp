@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "feature_format.h"
+#include "mscomp/base/finite.h"
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstring>
 
 namespace mscomp {
 namespace {
@@ -54,6 +56,17 @@ std::optional<std::string> first_non_finite(std::span<const std::byte> bytes, st
                            static_cast<double>(value));
     }
     return std::nullopt;
+}
+
+std::optional<std::string> first_non_finite(const SafetensorsPiece& piece, bool may_be_nan) {
+    switch (piece.type) {
+        case DataType::f32:
+            return first_non_finite<float>(piece.bytes, piece.first, piece.shape, may_be_nan);
+        case DataType::f64:
+            return first_non_finite<double>(piece.bytes, piece.first, piece.shape, may_be_nan);
+        default:
+            return std::nullopt;
+    }
 }
 
 template std::optional<std::string> first_non_finite<float>(std::span<const std::byte>,
