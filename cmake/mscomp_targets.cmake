@@ -16,6 +16,7 @@ if(MSCOMP_SANITIZE)
         -fsanitize=${MSCOMP_SANITIZE} -fno-omit-frame-pointer
         $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     target_link_options(mscomp_options INTERFACE -fsanitize=${MSCOMP_SANITIZE})
+    target_compile_definitions(mscomp_options INTERFACE MSCOMP_SANITIZED)
 endif()
 if(MSCOMP_FUZZ)
     # Every report stops the run, and indices of vectors and spans are checked.

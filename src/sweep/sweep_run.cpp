@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <sstream>
 #include <utility>
 
+#include "kept_evaluation.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
@@ -23,7 +23,11 @@ namespace {
 /// What an evaluation depends on.
 nlohmann::ordered_json origin(const std::string& run, const SweepMeasure& measure) {
     const SafetensorsFile file(checkpoint_path(run));
-    const auto hash = [&](const char* key) { return file.metadata().at(key); };
+    const auto hash = [&](const char* key) {
+        const auto found = file.metadata().find(key);
+        if (found != file.metadata().end()) return found->second;
+        throw CheckpointError(file.path(), "has no checksum, wanted a checkpoint as it was saved");
+    };
     return {{"checkpoint", hash("xxh3")},
             {"checkpoint_header", hash("xxh3_header")},
             {"split", measure.split},
@@ -77,23 +81,13 @@ nlohmann::ordered_json evaluate_point(const std::string& run, const SweepMeasure
                                       const SweepOptions& options) {
     const nlohmann::ordered_json made_from = origin(run, measure);
     const std::string path = evaluation_path(run);
-    if (std::filesystem::exists(path)) {
-        const auto kept = nlohmann::ordered_json::parse(read_file(path), nullptr, false);
-        if (kept.is_object() && kept.contains("made_from") && kept.contains("evaluation") &&
-            kept["made_from"] == made_from) {
-            return kept["evaluation"];
-        }
-    }
+    if (auto kept = kept_evaluation(path, made_from)) return std::move(*kept);
     EvaluationOptions evaluated;
     evaluated.run = run;
     evaluated.split = measure.split;
     evaluated.fit = measure.fit;
     evaluated.on_progress = options.on_measure;
-    const nlohmann::ordered_json evaluation = evaluation_report(evaluated);
-    const nlohmann::ordered_json file{{"made_from", made_from}, {"evaluation", evaluation}};
-    write_file(path, file.dump(2) + "\n");
-    // What was written has null where the number is not finite: the same from now on.
-    return nlohmann::ordered_json::parse(evaluation.dump());
+    return keep_evaluation(path, made_from, evaluation_report(evaluated));
 }
 
 TrainingTime training_time(const std::string& run) {
