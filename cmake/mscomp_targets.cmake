@@ -24,6 +24,12 @@ if(MSCOMP_FUZZ)
     target_compile_definitions(mscomp_options INTERFACE _GLIBCXX_ASSERTIONS)
 endif()
 
+# For sources that work on many numbers at a time. Sanitized loops stay loops, of which clang warns.
+set(mscomp_lanes "-O3")
+if(MSCOMP_SANITIZE)
+    set(mscomp_lanes "$<$<CXX_COMPILER_ID:Clang>:-Wno-pass-failed>")
+endif()
+
 option(MSCOMP_JOIN "Compile the sources of a target several at a time (docs/testing.md)" ON)
 
 # mscomp_join(TARGET COUNT): its sources are compiled joined, so that headers are read and templates

@@ -16,8 +16,8 @@ bool is_component(const Json& entry) {
     const auto level = entry.find("level"), kept = entry.find("kept"),
                support = entry.find("support");
     return level != entry.end() && level->is_number_unsigned() && kept != entry.end() &&
-           kept->is_boolean() && support != entry.end() && support->is_number() &&
-           *support >= 0 && *support <= 1;
+           kept->is_boolean() && support != entry.end() && support->is_number() && *support >= 0 &&
+           *support <= 1;
 }
 
 /// Whether measures_of() finds in it what it expects.

@@ -71,7 +71,8 @@ std::string packed(const std::vector<File>& files) {
 std::string changed_array(const std::string& array, std::size_t most, std::mt19937& random) {
     constexpr std::size_t kPrefix = 10;  // magic, version and a length of 16 bits
     if (array.size() < kPrefix) return changed(array, most);
-    const auto low = static_cast<unsigned char>(array[8]), high = static_cast<unsigned char>(array[9]);
+    const auto low = static_cast<unsigned char>(array[8]),
+               high = static_cast<unsigned char>(array[9]);
     const std::size_t length = std::min<std::size_t>(low + 256U * high, array.size() - kPrefix);
     std::string header = array.substr(kPrefix, length), data = array.substr(kPrefix + length);
     if (random() % 2 == 0) {

@@ -16,7 +16,8 @@ void check_evaluation(std::span<const std::byte> input) {
     const auto kept = kept_evaluation(memory.filled_with(input), made_from);
     if (!kept) return;
     const auto measures = measures_of(*kept);
-    for (const auto& [column, value] : measures) require(std::isfinite(value), "measures are finite");
+    for (const auto& [column, value] : measures)
+        require(std::isfinite(value), "measures are finite");
     SweepFile sweep;
     sweep.keys = {"train.epochs"};
     const std::string table = markdown_table(sweep, {{"point", {"1"}, measures, ""}});

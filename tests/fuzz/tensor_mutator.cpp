@@ -79,8 +79,8 @@ void change_metadata(TensorParts& parts, std::size_t most, std::mt19937& random)
 }
 
 std::int64_t other_length(std::int64_t length, std::mt19937& random) {
-    const std::array<std::int64_t, 6> others{0, 1, 2, length + 1, std::max<std::int64_t>(length, 1) - 1,
-                                             2 * length};
+    const std::array<std::int64_t, 6> others{
+        0, 1, 2, length + 1, std::max<std::int64_t>(length, 1) - 1, 2 * length};
     return others[random() % others.size()];
 }
 
@@ -110,7 +110,12 @@ void change_number(NamedTensor& tensor, std::mt19937& random) {
     if (tensor.data.empty()) return;
     const std::size_t size = size_of(tensor.type);
     const std::size_t at = random() % (tensor.data.size() / size) * size;
-    constexpr std::array kDoubles{0.0, -0.0, 1e300, -1e38, 1e-40, 0.5,
+    constexpr std::array kDoubles{0.0,
+                                  -0.0,
+                                  1e300,
+                                  -1e38,
+                                  1e-40,
+                                  0.5,
                                   std::numeric_limits<double>::infinity(),
                                   std::numeric_limits<double>::quiet_NaN()};
     const double value = kDoubles[random() % kDoubles.size()];
@@ -153,8 +158,7 @@ std::string with_changed_header(std::string_view file, std::size_t most) {
     std::uint64_t length = 0;
     std::memcpy(&length, file.data(), sizeof length);
     length = std::min<std::uint64_t>(length, file.size() - sizeof length);
-    const std::string header =
-        changed(std::string(file.substr(sizeof length, length)), most);
+    const std::string header = changed(std::string(file.substr(sizeof length, length)), most);
     std::string result(sizeof length, '\0');
     const std::uint64_t now = header.size();
     std::memcpy(result.data(), &now, sizeof now);

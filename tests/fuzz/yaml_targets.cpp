@@ -63,8 +63,8 @@ void check_points(const SweepFile& sweep, const std::string& folder) {
 }  // namespace
 
 void check_config(std::span<const std::byte> input) {
-    const auto config = unless_refused<ConfigError>(
-        "input", [&] { return parse_config(text_of(input), "input"); });
+    const auto config =
+        unless_refused<ConfigError>("input", [&] { return parse_config(text_of(input), "input"); });
     if (config) check_round_trip(*config);
     check_override(text_of(input));
 }
