@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "mscomp/base/atomic_file.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,12 @@ namespace mscomp {
 namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+
+/// For what may have `bytes` bytes: small files are many, and large memory has to be cleared.
+std::size_t piece_bytes(std::uint64_t bytes) {
+    constexpr std::uint64_t kLeast = std::uint64_t{1} << 16;
+    return std::clamp<std::uint64_t>(bytes, kLeast, kPieceBytes);
+}
 
 class Digest {
   public:
@@ -42,7 +50,7 @@ struct AtomicFile::State {
     }
     void compare_with_written() const {
         Digest found;
-        std::vector<std::byte> piece(kPieceBytes);
+        std::vector<std::byte> piece(piece_bytes(written));
         std::uint64_t at = 0;
         while (const std::size_t got = file.read(at, piece)) {
             found.update(std::span(piece).first(got));
@@ -93,7 +101,7 @@ std::string read_file(const std::string& path) {
     const ReadableFile file(path);
     std::string text;
     text.reserve(file.size());
-    std::vector<char> piece(kPieceBytes);
+    std::vector<char> piece(piece_bytes(file.size()));
     while (const std::size_t got = file.read(piece)) text.append(piece.data(), got);
     return text;
 }

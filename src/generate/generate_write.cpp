@@ -11,6 +11,7 @@
 #include "mscomp/base/json_text.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/base/safetensors.h"
 #include "mscomp/generate/generate.h"
 
@@ -23,12 +24,11 @@ constexpr const char* kRotationTruth = "truth_rotation.safetensors";
 /// What an earlier sequence in this folder says it is made of: together they would be none.
 void drop_earlier(const std::string& folder, OutputFolder& output) {
     const std::string path = folder + "/" + kTruth;
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) return;
-    const nlohmann::json earlier = nlohmann::json::parse(read_file(path), nullptr, false);
-    if (!earlier.is_object() || !earlier.contains("frames")) return;
+    if (!path_exists(path)) return;
+    const auto earlier = sound_json<nlohmann::json>(read_file(path));
+    if (!earlier || !earlier->is_object() || !earlier->contains("frames")) return;
     output.drop(kRotationTruth);
-    for (const auto& frame : earlier["frames"]) {
+    for (const auto& frame : earlier->at("frames")) {
         const std::string name = frame.is_string() ? frame.get<std::string>() : "";
         if (!name.empty() && name.find('/') == std::string::npos) output.drop(name + ".obj");
     }

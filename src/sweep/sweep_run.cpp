@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "kept_evaluation.h"
 #include "mscomp/acap/feature_file.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
@@ -27,28 +28,15 @@ namespace {
 /// What an evaluation depends on.
 nlohmann::ordered_json origin(const std::string& run, const SweepMeasure& measure) {
     const SafetensorsFile file(checkpoint_path(run));
-    const auto hash = [&](const char* key) { return file.metadata().at(key); };
+    const auto hash = [&](const char* key) {
+        const auto found = file.metadata().find(key);
+        if (found != file.metadata().end()) return found->second;
+        throw CheckpointError(file.path(), "has no checksum, wanted a checkpoint as it was saved");
+    };
     return {{"checkpoint", hash("xxh3")},
             {"checkpoint_header", hash("xxh3_header")},
             {"split", measure.split},
             {"fit", measure.fit}};
-}
-
-/// An evaluation that was written down, if it is of this origin; one that is damaged is made anew.
-std::optional<nlohmann::ordered_json> kept_evaluation(const std::string& path,
-                                                      const nlohmann::ordered_json& made_from) {
-    if (!path_exists(path)) return std::nullopt;
-    const auto kept = sound_json<nlohmann::ordered_json>(read_file(path));
-    if (!kept || !kept->is_object() ||
-        kept->value("made_from", nlohmann::ordered_json()) != made_from) {
-        return std::nullopt;
-    }
-    try {
-        measures_of(kept->at("evaluation"));
-        return kept->at("evaluation");
-    } catch (const nlohmann::ordered_json::exception&) {
-        return std::nullopt;
-    }
 }
 
 }  // namespace
@@ -104,17 +92,13 @@ nlohmann::ordered_json evaluate_point(const std::string& run, const SweepMeasure
                                       const SweepOptions& options) {
     const nlohmann::ordered_json made_from = origin(run, measure);
     const std::string path = evaluation_path(run);
-    if (auto kept = kept_evaluation(path, made_from)) return *kept;
+    if (auto kept = kept_evaluation(path, made_from)) return std::move(*kept);
     EvaluationOptions evaluated;
     evaluated.run = run;
     evaluated.split = measure.split;
     evaluated.fit = measure.fit;
     evaluated.on_progress = options.on_measure;
-    const nlohmann::ordered_json evaluation = evaluation_report(evaluated);
-    const nlohmann::ordered_json file{{"made_from", made_from}, {"evaluation", evaluation}};
-    write_file(path, json_text(file, 2) + "\n");
-    // What was written has null where the number is not finite: the same from now on.
-    return nlohmann::ordered_json::parse(json_text(evaluation));
+    return keep_evaluation(path, made_from, evaluation_report(evaluated));
 }
 
 TrainingTime training_time(const std::string& run) {

@@ -32,23 +32,27 @@ inline std::span<const std::byte> bytes_of(std::string_view text) {
     return std::as_bytes(std::span<const char>(text.data(), text.size()));
 }
 
-/// A refusal begins with the name of the file and is one line that a terminal can show.
-inline void check_refusal(const InputError& error, const std::string& path) {
-    const std::string_view message = error.what();
-    require(error.where().path == path && message.starts_with(path + ":"),
-            "a refusal names its file");
-    for (const char c : message.substr(path.size())) {
+/// One line that a terminal can show.
+inline void check_shown(std::string_view message) {
+    for (const char c : message) {
         const auto code = static_cast<unsigned char>(c);
         require(code >= 0x20 && code != 0x7f, "a refusal has no control characters");
     }
 }
 
-/// What `read()` gives, none where it refuses the input: with an InputError and nothing else.
-template <class Read>
+/// A refusal begins with the name of the file, perhaps with a part of it: "a.npz[faces]: ...".
+inline void check_refusal(const Error& error, const std::string& path) {
+    const std::string_view message = error.what();
+    require(message.starts_with(path), "a refusal names its file");
+    check_shown(message.substr(path.size()));
+}
+
+/// What `read()` gives, none where it refuses the input: with a Refusal and nothing else.
+template <class Refusal = InputError, class Read>
 auto unless_refused(const std::string& path, Read&& read) -> std::optional<decltype(read())> {
     try {
         return read();
-    } catch (const InputError& error) {
+    } catch (const Refusal& error) {
         check_refusal(error, path);
         return std::nullopt;
     }

@@ -1,41 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cmath>
-
-#include "acap/feature_format.h"
 #include "base/safetensors_header.h"
 #include "base/temporary_folder.h"
+#include "fuzz/feature_promises.h"
+#include "fuzz/memory_file.h"
 #include "fuzz/promises.h"
 #include "fuzz/targets.h"
 #include "mscomp/acap/feature_file.h"
 
 namespace mscomp::fuzz {
 namespace {
-
-/// The readers want a file: one in memory, filled anew for every input.
-class MemoryFile {
-  public:
-    MemoryFile() : number_(::memfd_create("input", MFD_CLOEXEC)) {
-        if (number_ < 0) throw std::runtime_error("no file in memory");
-    }
-    MemoryFile(const MemoryFile&) = delete;
-    MemoryFile& operator=(const MemoryFile&) = delete;
-    ~MemoryFile() { ::close(number_); }
-
-    void fill(std::span<const std::byte> bytes) const {
-        const auto size = static_cast<ssize_t>(bytes.size());
-        if (::ftruncate(number_, 0) != 0 ||
-            ::pwrite(number_, bytes.data(), bytes.size(), 0) != size) {
-            throw std::runtime_error("cannot fill a file in memory");
-        }
-    }
-    std::string path() const { return "/proc/self/fd/" + std::to_string(number_); }
-
-  private:
-    int number_;
-};
 
 bool same_tensors(const SafetensorsHeader& a, const SafetensorsHeader& b) {
     return std::equal(a.tensors.begin(), a.tensors.end(), b.tensors.begin(), b.tensors.end(),
@@ -91,50 +64,11 @@ void check_tensors(const SafetensorsFile& file, const SafetensorsHeader& header)
     }
 }
 
-template <class Numbers>
-void check_finite(const Numbers& numbers) {
-    for (const auto x : numbers) require(std::isfinite(x), "numbers are finite");
-}
-
-void check_sound(const FeatureSet& set) {
-    const auto n = static_cast<std::size_t>(set.shape_count());
-    const auto v = static_cast<std::size_t>(set.vertex_count());
-    require(n > 0 && v > 0 && !set.reference.faces.empty(), "a set has shapes, vertices and faces");
-    require(set.features.size() == n * v * kFeatureDim && set.vertices.size() == n * v * 3 &&
-                set.rotation.size() == n && set.translation.size() == n,
-            "counts agree");
-    check_finite(set.features);
-    check_finite(set.vertices);
-    check_finite(flat(set.reference.vertices));
-    check_finite(flat(set.rotation));
-    check_finite(flat(set.translation));
-    for (const int corner : flat(set.reference.faces)) {
-        require(corner >= 0 && corner < set.vertex_count(), "faces refer to vertices");
-    }
-    for (const PerShapeNumber& number : kPerShapeNumbers) {
-        const std::vector<double>& values = set.*number.member;
-        require(values.empty() || values.size() == n, "one number for every shape");
-        for (const double x : values) {
-            require(std::isfinite(x) || (number.may_be_nan && std::isnan(x)), "numbers are finite");
-        }
-    }
-}
-
 void check_round_trip(const FeatureSet& set) {
     static const TemporaryFolder folder;
     const std::string path = folder / "set.safetensors";
     write_features(path, set);
-    const FeatureSet again = read_features(path);
-    require(again.names == set.names && again.weights == set.weights, "names survive");
-    require(same_bits(again.features, set.features) && same_bits(again.vertices, set.vertices) &&
-                same_bits(again.reference.vertices, set.reference.vertices) &&
-                again.reference.faces == set.reference.faces &&
-                same_bits(again.rotation, set.rotation) &&
-                same_bits(again.translation, set.translation),
-            "a set survives, bit for bit");
-    for (const PerShapeNumber& number : kPerShapeNumbers) {
-        require(same_bits(again.*number.member, set.*number.member), "numbers per shape survive");
-    }
+    check_same(read_features(path), set);
 }
 
 }  // namespace
@@ -142,8 +76,7 @@ void check_round_trip(const FeatureSet& set) {
 void check_safetensors(std::span<const std::byte> input) {
     static const MemoryFile memory;
     const auto header = unless_refused("input", [&] { return parse_header(input, "input"); });
-    memory.fill(input);
-    const std::string path = memory.path();
+    const std::string path = memory.filled_with(input);
     const auto file = unless_refused(path, [&] { return SafetensorsFile(path); });
     const auto set = unless_refused(path, [&] { return read_features(path); });
     require(header || !file, "a file is refused if its header is");

@@ -18,7 +18,7 @@
 namespace mscomp {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef MSCOMP_SANITIZED
 constexpr bool kSanitized = true;  // their shadow memory breaks any limit
 #else
 constexpr bool kSanitized = false;

@@ -109,7 +109,7 @@ const KernelCases& cases() {
 /// Builds whose plain loops or kernels are not those of a GCC release have other ratios.
 bool is_comparable_build() {
 #if !defined(NDEBUG) || !defined(__x86_64__) || defined(__AVX__) || defined(__clang__) || \
-    defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    defined(MSCOMP_SANITIZED)
     return false;
 #else
     return true;

@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Builds tests with sanitizers and runs them; docs/testing.md says how long that takes.
+#   scripts/sanitize.sh address [quick|all]   addresses and undefined behaviour, by clang
+#   scripts/sanitize.sh thread [quick|all]    threads: loops, training, the engine
+# quick (unless named) is what .ci/run does; all is every test that means something here.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+kind=${1:-} extent=${2:-quick}
+if [[ ! $kind =~ ^(address|thread)$ || ! $extent =~ ^(quick|all)$ ]]; then
+    sed -n '3,4s/^#   //p' "$0" >&2
+    exit 2
+fi
+
+# Those that measure time or memory measure the sanitizer.
+never='^(nn_speed_test|nn_allocation_test|nn_instruction_sets_test|mscomp_memory_test|acapfeat_streaming_test|library_calls_test|docs_test|command_pages_test)/'
+if [[ $kind == address ]]; then
+    preset=asan
+    targets=(base_test mesh_test acap_test check_test config_test convert_test cli_test
+             fuzz_replay_test acapfeat_cli_test acapfeat_check_cli_test acapfeat_convert_cli_test
+             acapfeat_generate_cli_test acapfeat_reconstruct_cli_test mscomp_cli_test
+             mscomp_evaluate_cli_test mscomp_positions_cli_test mscomp_sweep_cli_test
+             mscomp_synthesize_cli_test)
+else
+    preset=tsan
+    targets=(base_test linear_test nn_test kinds_test run_test acap_test)
+fi
+
+build=build/$preset
+cmake --preset "$preset" >/dev/null
+if [[ $extent == all ]]; then
+    cmake --build "$build" ${JOBS:+-j "$JOBS"} >&2
+    only=()
+else
+    cmake --build "$build" ${JOBS:+-j "$JOBS"} --target "${targets[@]}" >&2
+    only=(-R "^($(IFS='|'; echo "${targets[*]}"))/" -LE slow)
+fi
+export UBSAN_OPTIONS=print_stacktrace=1
+ctest --test-dir "$build" --no-tests=error --output-on-failure -j2 "${only[@]}" -E "$never"
