@@ -38,6 +38,7 @@ bool is_reference(std::span<const float> features) {
 ShapeDecoder::ShapeDecoder(TrainedRun& run, const FeatureFile& file,
                            std::function<void()> check_stop)
     : run_(run),
+      file_(file),
       shapes_(file, run.context().places),
       check_stop_(check_stop ? std::move(check_stop) : [] {}),
       lossless_(*run.model, run.reference(), parse_edge_weights(run.context().weights),

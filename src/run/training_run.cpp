@@ -188,12 +188,8 @@ bool has_checkpoint(const std::string& run) { return path_exists(checkpoint_path
 
 void require_free_run(const std::string& run, bool resume, bool force) {
     recover_folder(run);
-    std::error_code error;
-    const auto is_there = [&](const std::string& path) {
-        return std::filesystem::exists(path, error);
-    };
-    if (has_checkpoint(run) ? resume : is_there(lock_path(run))) return;
-    const bool is_foreign = is_there(config_path(run)) || is_there(metrics_path(run));
+    if (has_checkpoint(run) ? resume : path_exists(lock_path(run))) return;
+    const bool is_foreign = path_exists(config_path(run)) || path_exists(metrics_path(run));
     if (!resume || is_foreign) require_free_folder(run, force);
 }
 

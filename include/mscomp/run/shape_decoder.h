@@ -66,6 +66,7 @@ class ShapeDecoder {
     const VertexFit& made(std::unique_ptr<VertexFit>& fit, VertexFitOptions options);
 
     TrainedRun& run_;
+    const FeatureFile& file_;
     SurfaceShapes shapes_;
     std::function<void()> check_stop_;
     CodePositions lossless_;
