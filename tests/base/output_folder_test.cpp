@@ -247,7 +247,7 @@ TEST_F(OutputFolders, HalfMovedByAKilledProcessAreUndoneByTheNext) {
 // Whoever may write beside us must not have us rename files elsewhere.
 TEST_F(OutputFilesTest, AreNotUndoneByAListThatLeavesTheFolder) {
     place_.put("elsewhere/a", "mine");
-    for (const std::string list :
+    for (const std::string& list :
          {std::string("..\0../elsewhere/a\0", 18), std::string("../x/elsewhere\0a\0", 17)}) {
         place_.put("here/.mscomp1-0/files", list);
         place_.put("here/.mscomp1-0/new/b", "new");
