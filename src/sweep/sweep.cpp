@@ -28,7 +28,8 @@ std::string sweep_lock_path(const std::string& folder) { return in_folder(folder
 /// A folder that is new, empty or of an earlier sweep.
 void require_sweep_folder(const std::string& folder, bool force) {
     for (const std::string& own : {in_folder(folder, "sweep.yaml"), sweep_lock_path(folder)}) {
-        if (std::filesystem::exists(own)) return;
+        std::error_code error;
+        if (std::filesystem::exists(own, error)) return;
     }
     require_free_folder(folder, force);
 }

@@ -209,6 +209,22 @@ TEST_F(OutputFilesTest, AppearTogetherOrNotAtAll) {
     EXPECT_THAT(contents(place_.path()), ElementsAre("a new", "b new"));
 }
 
+TEST_F(OutputFilesTest, KeepModesAndLinks) {
+    place_.put("sub/a", "old");
+    ASSERT_EQ(::chmod((place_ / "sub/a").c_str(), 0640), 0);
+    fs::create_symlink("sub/a", place_ / "a");
+    const std::string a = place_ / "a", b = place_ / "b";
+    {
+        OutputFiles files({a, b});
+        write_file(files.path(a), "new");
+        write_file(files.path(b), "new");
+        files.commit();
+    }
+    EXPECT_TRUE(fs::is_symlink(a));
+    EXPECT_EQ(TemporaryFolder::content(a), "new");
+    EXPECT_EQ(fs::status(a).permissions(), fs::perms{0640});
+}
+
 TEST_F(OutputFilesTest, WillNotReplaceAFolderThatCameMeanwhile) {
     place_.put("a", "old");
     const std::string a = place_ / "a", b = place_ / "b";
