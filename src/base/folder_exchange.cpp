@@ -72,15 +72,6 @@ void fetch_latecomers(const std::string& old_folder, const std::string& folder,
     }
 }
 
-bool take_mode_and_owner(const std::string& from, const std::string& to) {
-    struct stat wanted {
-    }, found{};
-    if (::stat(from.c_str(), &wanted) != 0 || ::stat(to.c_str(), &found) != 0) return false;
-    const bool is_same_owner = wanted.st_uid == found.st_uid && wanted.st_gid == found.st_gid;
-    if (!is_same_owner && ::chown(to.c_str(), wanted.st_uid, wanted.st_gid) != 0) return false;
-    return ::chmod(to.c_str(), wanted.st_mode & 07777) == 0;
-}
-
 void sync_both(const std::string& folder) {
     sync_folder(folder, folder);
     sync_folder(folder_of(folder), folder);
@@ -115,6 +106,7 @@ bool exchange_folder(const std::string& folder, const std::string& staging,
     }
     std::set<std::string> known(names.begin(), names.end());
     known.insert(dropped.begin(), dropped.end());
+    keep_modes_and_owners(folder, staging, names);
     if (is_current(folder) || !link_others(folder, fresh, known) ||
         !take_mode_and_owner(folder, fresh) ||
         ::renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) != 0) {

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <exception>
@@ -59,7 +60,14 @@ struct Moves {
 void write_moves(const std::string& staging, const Moves& moves) {
     std::string text = seen_from(staging, moves.folder) + '\0';
     for (const std::string& name : moves.names) text += name + '\0';
-    write_file(list_path(staging), text);
+    try {
+        write_file(list_path(staging), text);
+    } catch (const IoError& error) {
+        // Nobody knows the list: it is those files that cannot be written.
+        const std::string message = error.what();
+        const std::size_t begin = std::min(message.size(), list_path(staging).size() + 2);
+        throw IoError(moves.folder + "/" + moves.names.front(), message.substr(begin));
+    }
 }
 
 /// Only what write_moves can have written: nobody else shall have us rename files elsewhere.
@@ -110,15 +118,33 @@ void undo(const std::string& staging) {
 std::string new_files(const std::string& staging) { return staging + "/new"; }
 std::string old_files(const std::string& staging) { return staging + "/old"; }
 
+bool take_mode_and_owner(const std::string& from, const std::string& to) {
+    struct stat wanted {
+    }, found{};
+    if (::stat(from.c_str(), &wanted) != 0 || ::stat(to.c_str(), &found) != 0) return false;
+    const bool is_same_owner = wanted.st_uid == found.st_uid && wanted.st_gid == found.st_gid;
+    if (!is_same_owner && ::chown(to.c_str(), wanted.st_uid, wanted.st_gid) != 0) return false;
+    return ::chmod(to.c_str(), wanted.st_mode & 07777) == 0;
+}
+
+void keep_modes_and_owners(const std::string& folder, const std::string& staging,
+                           const std::vector<std::string>& names) {
+    for (const std::string& name : names) {
+        take_mode_and_owner(folder + "/" + name, new_files(staging) + "/" + name);
+    }
+}
+
 void move_into(const std::string& folder, const std::string& staging,
                const std::vector<std::string>& names, const std::vector<std::string>& dropped) {
     const auto place = [&](const std::string& name) { return folder + "/" + name; };
     const auto fresh = [&](const std::string& name) { return new_files(staging) + "/" + name; };
     const auto old = [&](const std::string& name) { return old_files(staging) + "/" + name; };
+    if (names.empty()) return;
     for (const std::string& name : names) refuse_special_target(place(name));
+    keep_modes_and_owners(folder, staging, names);
     if (names.size() == 1 && dropped.empty()) {
         move(fresh(names[0]), place(names[0]), place(names[0]));
-        return sync_folder(folder, folder);
+        return sync_folder(folder, place(names[0]));
     }
     write_moves(staging, {folder, names});
     try {
@@ -132,9 +158,10 @@ void move_into(const std::string& folder, const std::string& staging,
         for (const std::string& name : dropped) {
             if (is_there(place(name))) move(place(name), old(name), place(name));
         }
-        sync_folder(folder, folder);
+        sync_folder(folder, place(names[0]));
         // From here on it is done: there is nothing to be undone by.
-        if (::unlink(list_path(staging).c_str()) != 0) fail(folder, "remove a list in it", errno);
+        if (::unlink(list_path(staging).c_str()) != 0)
+            fail(place(names[0]), "remove the list of what was moved", errno);
     } catch (...) {
         undo(staging);
         throw;

@@ -38,6 +38,13 @@ std::string real_path(const std::string& folder) {
     return path.string();
 }
 
+/// The file that a link leads to is the one to be replaced, so that the link stays.
+std::string behind_links(const std::string& path) {
+    std::error_code error;
+    const fs::path file = fs::canonical(path, error);
+    return !error && fs::is_symlink(path, error) ? file.string() : path;
+}
+
 /// What is ready in a staging folder.
 std::vector<std::string> ready_in(const std::string& staging) {
     const std::string folder = new_files(staging);
@@ -101,21 +108,25 @@ struct OutputFiles::State {
         StagingFolder staging;
         StagedName name;
     };
-    std::map<std::string, Group> groups;  // by folder
+    std::map<std::string, Group> groups;        // by folder
+    std::map<std::string, std::string> places;  // what is replaced, by the path that was given
 };
 
 OutputFiles::OutputFiles(const std::vector<std::string>& paths)
     : state_(std::make_unique<State>()) {
     for (const std::string& path : paths) {
         refuse_special_target(path);
-        state_->groups.try_emplace(folder_of(path), folder_of(path));
+        const std::string place = behind_links(path);
+        state_->groups.try_emplace(folder_of(place), folder_of(place));
+        state_->places[path] = place;
     }
 }
 OutputFiles::~OutputFiles() = default;
 
 std::string OutputFiles::path(const std::string& path) const {
-    const State::Group& group = state_->groups.at(folder_of(path));
-    return new_files(group.staging.path()) + "/" + fs::path(path).filename().string();
+    const std::string& place = state_->places.at(path);
+    const State::Group& group = state_->groups.at(folder_of(place));
+    return new_files(group.staging.path()) + "/" + fs::path(place).filename().string();
 }
 
 void OutputFiles::commit() {

@@ -209,6 +209,22 @@ TEST_F(OutputFilesTest, AppearTogetherOrNotAtAll) {
     EXPECT_THAT(contents(place_.path()), ElementsAre("a new", "b new"));
 }
 
+TEST_F(OutputFilesTest, KeepModesAndLinks) {
+    place_.put("sub/a", "old");
+    ASSERT_EQ(::chmod((place_ / "sub/a").c_str(), 0640), 0);
+    fs::create_symlink("sub/a", place_ / "a");
+    const std::string a = place_ / "a", b = place_ / "b";
+    {
+        OutputFiles files({a, b});
+        write_file(files.path(a), "new");
+        write_file(files.path(b), "new");
+        files.commit();
+    }
+    EXPECT_TRUE(fs::is_symlink(a));
+    EXPECT_EQ(TemporaryFolder::content(a), "new");
+    EXPECT_EQ(fs::status(a).permissions(), fs::perms{0640});
+}
+
 TEST_F(OutputFilesTest, WillNotReplaceAFolderThatCameMeanwhile) {
     place_.put("a", "old");
     const std::string a = place_ / "a", b = place_ / "b";
@@ -247,7 +263,7 @@ TEST_F(OutputFolders, HalfMovedByAKilledProcessAreUndoneByTheNext) {
 // Whoever may write beside us must not have us rename files elsewhere.
 TEST_F(OutputFilesTest, AreNotUndoneByAListThatLeavesTheFolder) {
     place_.put("elsewhere/a", "mine");
-    for (const std::string list :
+    for (const std::string& list :
          {std::string("..\0../elsewhere/a\0", 18), std::string("../x/elsewhere\0a\0", 17)}) {
         place_.put("here/.mscomp1-0/files", list);
         place_.put("here/.mscomp1-0/new/b", "new");

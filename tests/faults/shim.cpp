@@ -3,6 +3,7 @@
 //   MSCOMP_FAULT=CALL:KIND:N    the N-th call of that class; KIND is an errno by name, short or
 //   lost
 //                               (of a write), full (ENOSPC from there on), or kill (SIGKILL before)
+//                               Allocations count from where the program watches signals
 //   MSCOMP_FAULT_SCOPE=FOLDER   absolute; relative paths count as below it
 //   MSCOMP_FAULT_REPORT=FILE    gets "CALL PATH" when it happens, and without MSCOMP_FAULT the
 //   number
@@ -72,7 +73,7 @@ std::array<std::atomic<bool>, 4096> is_in_scope;  // by descriptor
 char scope[4096];
 std::size_t scope_length = 0;
 char report_path[4096];
-std::atomic<bool> is_armed{false};
+std::atomic<bool> is_armed{false}, is_memory_armed{false};
 
 void report(const char* text) {
     if (report_path[0] == 0) return;
@@ -152,7 +153,7 @@ int tracked(int descriptor) {
 
 /// The kind of fault that this call meets. Sets errno for an error.
 Kind meet(Call call, const char* path) {
-    if (!is_armed) return Kind::none;
+    if (!is_armed || (call == memory_ && !is_memory_armed)) return Kind::none;
     const long number = ++counts[call];
     const bool is_full = plan.kind == Kind::full && number > plan.at;
     if (plan.call != call || (number != plan.at && !is_full)) return Kind::none;
@@ -395,6 +396,13 @@ STAT(lstat64, struct stat64)
     }
 FSTAT(fstat, struct stat)
 FSTAT(fstat64, struct stat64)
+
+// The programs watch signals first of all. Before that, not even main has begun.
+int sigaction(int signal, const struct sigaction* action, struct sigaction* earlier) noexcept {
+    NEXT(sigaction);
+    is_memory_armed = true;
+    return real(signal, action, earlier);
+}
 
 void* malloc(size_t size) { return fails(memory_, "") ? nullptr : __libc_malloc(size); }
 void* calloc(size_t count, size_t size) {
