@@ -134,7 +134,7 @@ TEST_F(UntrustedText, OfShapesIsHarmlessWhereverItGoes) {
         fs::create_directory(folder_ / folder);
         for (const char* frame : {"0", "1", "2"}) {
             fs::copy_file(folder_ / ("meshes/frame_000" + std::string(frame) + ".obj"),
-                          folder_ / folder / (name + frame + ".obj"));
+                          folder_ / (folder + "/" + name + frame + ".obj"));
         }
         const std::string features = number + ".safetensors", run_name = number + ".run";
         EXPECT_EQ(expect_harmless({"acapfeat", "check", folder}).code, 0);
