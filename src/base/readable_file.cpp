@@ -22,8 +22,10 @@ namespace {
 // A signal may reach another thread than the one that waits here, so it looks itself.
 constexpr int kPatienceMilliseconds = 100;
 
-// /dev/zero never ends, nor do some files that say that they are empty (/proc/self/pagemap).
-constexpr std::size_t kMostOfStream = std::size_t{1} << 30;
+// /dev/zero never ends, nor do some files that say that they are empty (/proc/self/pagemap); a pipe
+// may bring a large mesh.
+constexpr std::size_t kMostOfDevice = std::size_t{16} << 20;
+constexpr std::size_t kMostOfOthers = std::size_t{1} << 30;
 
 }  // namespace
 
@@ -40,6 +42,7 @@ ReadableFile::ReadableFile(std::string path) : path_(std::move(path)) {
     }
     may_wait_ = !S_ISREG(info.st_mode);
     if (!may_wait_) size_ = at(info.st_size);
+    most_ = S_ISCHR(info.st_mode) ? kMostOfDevice : std::max(size_, kMostOfOthers);
 }
 
 ReadableFile::~ReadableFile() { ::close(descriptor_); }
@@ -55,10 +58,10 @@ std::size_t ReadableFile::read(std::span<char> bytes) const {
 
 std::size_t ReadableFile::counted(std::size_t got) const {
     read_ += got;
-    if (read_ > std::max(size_, kMostOfStream)) {
+    if (read_ > most_) {
         throw IoError(path_, fmt::format("gives more than {} MiB, which is taken from files only; "
                                          "copy it into one if it has an end",
-                                         kMostOfStream >> 20U));
+                                         most_ >> 20U));
     }
     return got;
 }

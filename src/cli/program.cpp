@@ -110,7 +110,8 @@ int code_of_failure(const CLI::App& app) {
     } catch (const Error& error) {
         return fail(app, error.exit_code(), error.what());
     } catch (const std::system_error& error) {
-        return fail(app, ExitCode::io, error.what());
+        return fail(app, ExitCode::io,
+                    fmt::format("the system refused: {}{}", error.what(), memory_limit()));
     } catch (const std::bad_alloc&) {
         return fail(app, ExitCode::io, "not enough memory for this input" + memory_limit());
     } catch (const std::length_error&) {

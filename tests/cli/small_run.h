@@ -41,10 +41,11 @@ class SmallRun {
 
     void make(std::vector<std::string> words) const {
         words[0] = program(words[0]);
-        const Stream out = Stream::of_file(folder_ / "out");
+        const Stream out = Stream::of_file(folder_ / "said.txt");
         const Start start{
             .words = words, .folder = folder_.path(), .out = out.number(), .err = out.number()};
-        EXPECT_EQ(exit_code_of(start), 0) << words[1] << TemporaryFolder::content(folder_ / "out");
+        EXPECT_EQ(exit_code_of(start), 0)
+            << words[1] << TemporaryFolder::content(folder_ / "said.txt");
     }
 
     TemporaryFolder folder_;

@@ -8,7 +8,8 @@
 namespace mscomp {
 
 /// A file to be read from its beginning to its end, once. Of a pipe or a device it waits for data,
-/// but not beyond a request to stop, and takes at most 1 GiB.
+/// but not beyond a request to stop, and takes at most 16 MiB of a device and
+/// 1 GiB of a pipe.
 class ReadableFile {
   public:
     /// Throws IoError with the system's reason, also if `path` is a folder.
@@ -28,6 +29,7 @@ class ReadableFile {
     std::size_t counted(std::size_t got) const;
 
     std::string path_;
+    std::size_t most_ = 0;
     mutable std::size_t read_ = 0;
     std::size_t size_ = 0;
     int descriptor_ = -1;
