@@ -23,7 +23,8 @@ struct Signature {
 
 constexpr FileKind kMatlab73{"a MATLAB 7.3 file (HDF5)",
                              "save its arrays as .npz, or as HDF5 in the form of SPLOCS"};
-constexpr FileKind kZip{"a zip archive", "unpack it"};
+constexpr FileKind kZip{"a zip archive", "unpack it; archives of numpy arrays are called .npz"};
+constexpr FileKind kLfs{"a Git LFS pointer", "run git lfs pull"};
 constexpr FileKind kPickle{"a Python pickle", "save its arrays with numpy.savez"};
 constexpr FileKind kHtml{"a web page (HTML)", "download the file itself"};
 constexpr FileKind kXml{"an XML file", "export as OBJ, PLY or OFF"};
@@ -48,7 +49,8 @@ constexpr Signature kSignatures[] = {
     {0, "PK\x03\x04"sv, kZip},
     {0, "PK\x05\x06"sv, kZip},
     {257, "ustar"sv, {"a tar archive", "unpack it"}},
-    {0, "version https://git-lfs."sv, {"a Git LFS pointer", "run git lfs pull"}},
+    {0, "version https://git-lfs."sv, kLfs},
+    {0, "version https://hawser.github.com/"sv, kLfs},
     {0, "/annex/objects/"sv, {"a git-annex pointer", "run git annex get"}},
     {0, "MATLAB 7.3 MAT-file"sv, kMatlab73},
     {0, "MATLAB 5.0 MAT-file"sv, {"a MATLAB file", "save its arrays as .npz (scipy.io.loadmat)"}},

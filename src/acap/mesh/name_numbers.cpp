@@ -105,7 +105,8 @@ std::strong_ordering operator<=>(const NameNumber& a, const NameNumber& b) {
     };
     if (sign_of(a) != sign_of(b) || sign_of(a) == 0) return sign_of(a) <=> sign_of(b);
     const auto size = a.exponent != b.exponent ? a.exponent <=> b.exponent : a.digits <=> b.digits;
-    return a.negative ? 0 <=> size : size;
+    if (std::is_eq(size) || !a.negative) return size;
+    return std::is_lt(size) ? std::strong_ordering::greater : std::strong_ordering::less;
 }
 
 NamePieces pieces_of(std::string_view name, const NumberReading& reading) {
@@ -149,7 +150,7 @@ std::strong_ordering compare_pieces(const NamePieces& a, const NamePieces& b) {
         const std::string x = with_digit(a), y = with_digit(b);
         if (x != y) return std::string_view(x) <=> std::string_view(y);
         if (i == a.numbers.size()) return std::strong_ordering::equal;
-        if (const auto order = a.numbers[i] <=> b.numbers[i]; order != 0) return order;
+        if (const auto order = a.numbers[i] <=> b.numbers[i]; std::is_neq(order)) return order;
     }
     return std::strong_ordering::equal;
 }

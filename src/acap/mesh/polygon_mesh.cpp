@@ -8,6 +8,7 @@
 #include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/file_kind.h"
 #include "mscomp/base/index.h"
 #include "polygon_split.h"
 
@@ -25,8 +26,11 @@ TriangleMesh triangulated(PolygonMesh mesh) {
 
 PolygonMesh read_polygons(const std::string& path) {
     const std::optional<MeshFormat> format = mesh_format(path);
-    if (!format) throw InputError({path}, extension_complaint(path));
     const FileBytes file(path);
+    if (!format) {
+        refuse_other_kinds(file.bytes(), path);
+        throw InputError({path}, extension_complaint(path));
+    }
     switch (*format) {
         case MeshFormat::obj:
             return parse_obj_polygons(file.bytes(), path);

@@ -12,10 +12,12 @@
 namespace mscomp {
 
 /// Reads an OBJ, PLY or OFF file, chosen by its extension. Vertices keep their number and order:
-/// nothing is merged, dropped or duplicated. Polygons are split into fans from their first corner.
-/// Accepts what is harmless (BOM, CRLF, continuation lines, v/vt/vn, negative indices, extra
-/// numbers). Throws IoError (cannot be read) or InputError with file, line, column, got and wanted
-/// (NaN or infinite coordinates, decimal commas, indices out of range, truncated lines, ...).
+/// nothing is merged, dropped or duplicated. Polygons are split along inner diagonals, which do not
+/// depend on the corner they begin with. Accepts what is harmless (BOM, CRLF, padding at the end,
+/// continuation lines, v/vt/vn, negative indices, extra numbers); faces of fewer than three corners
+/// and unknown statements are left out. Throws IoError (cannot be read) or InputError with file,
+/// line, column, got and wanted (NaN or infinite coordinates, decimal commas, indices out of range,
+/// truncated lines, ...).
 TriangleMesh read_mesh(const std::string& path);
 
 /// The same from text in memory; `path` is only used in messages.
