@@ -101,12 +101,14 @@ int proved_count(const FeatureSet& set) {
 }
 
 void print_json(const FeatureFile& file) {
-    const FeatureSet& set = file.outline();
+    const PlacedFeatures& set = file.outline();
     Json info{{"file", file.path()},
               {"shapes", set.shape_count()},
               {"vertices", set.vertex_count()},
               {"faces", set.reference.face_count()},
-              {"weights", set.weights}};
+              {"weights", set.weights},
+              {"coincident_vertices", set.places.coincident_count()},
+              {"unused_vertices", set.places.unused_count()}};
     const Extremes extremes = extremes_of(file);
     info["rotation_vector"] = {{"lowest", to_json(set, extremes.lowest_rotation)},
                                {"highest", to_json(set, extremes.highest_rotation)}};
@@ -157,12 +159,17 @@ void print_jumps(const FeatureSet& set) {
 }
 
 void print_text(const FeatureFile& file) {
-    const FeatureSet& set = file.outline();
+    const PlacedFeatures& set = file.outline();
     fmt::print("file                {}\n", file.path());
     fmt::print("shapes              {}\n", set.shape_count());
     fmt::print("vertices            {}\n", set.vertex_count());
     fmt::print("faces               {}\n", set.reference.face_count());
     fmt::print("weights             {}\n", set.weights);
+    if (!set.places.are_all_vertices()) {
+        fmt::print("places              {}: {} vertices coincide with others, {} are in no face\n",
+                   set.places.place_count(set.vertex_count()), set.places.coincident_count(),
+                   set.places.unused_count());
+    }
     const Extremes extremes = extremes_of(file);
     fmt::print("r, radians          from {}\n", to_text(set, extremes.lowest_rotation));
     fmt::print("                    to {}\n", to_text(set, extremes.highest_rotation));
