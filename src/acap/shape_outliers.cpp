@@ -16,13 +16,6 @@
 namespace mscomp {
 namespace {
 
-/// What is kept of one shape.
-struct ShapeFacts {
-    bool permuted = false, other_size = false;
-    double size = 1;             // median ratio of edge lengths
-    double largest_stretch = 0;  // |S - I|
-};
-
 double stretch_of(std::span<const float> feature) {
     double largest = 0;
     for (std::size_t k = kRotationDim; k < at(kFeatureDim); ++k) {
@@ -35,6 +28,12 @@ double stretch_of(std::span<const float> feature) {
 }  // namespace
 
 struct ShapeOutliers::State {
+    /// What is kept of one shape.
+    struct ShapeFacts {
+        bool permuted = false, other_size = false;
+        double largest_stretch = 0;  // |S - I|
+    };
+
     State(const TriangleMesh& surface, int shape_count)
         : edges(surface.vertices, one_rings_of_faces(surface.vertex_count(), surface.faces)),
           shapes(at(shape_count)) {}
@@ -61,8 +60,8 @@ ShapeOutliers::~ShapeOutliers() = default;
 void ShapeOutliers::look_at(int index, const std::vector<Point>& positions,
                             std::span<const float> features) {
     const EdgeStretch edges = state_->edges.compare(positions);
-    ShapeFacts& facts = state_->shapes[at(index)];
-    facts = {edges.permuted, edges.is_other_unit(), edges.median_ratio, 0};
+    State::ShapeFacts& facts = state_->shapes[at(index)];
+    facts = {edges.permuted, edges.is_other_unit(), 0};
     StretchHistogram own;
     for (std::size_t v = 0; v < positions.size(); ++v) {
         const double stretch = stretch_of(features.subspan(v * kFeatureDim, kFeatureDim));
@@ -78,15 +77,16 @@ std::vector<std::string> ShapeOutliers::warnings(const std::vector<std::string>&
     const auto warn = [&](const std::string& shapes, std::string_view what) {
         if (!shapes.empty()) result.push_back(shapes + " " + std::string(what));
     };
-    warn(state_->shapes_where(names, [](const ShapeFacts& s) { return s.permuted; }),
+    warn(state_->shapes_where(names, [](const State::ShapeFacts& s) { return s.permuted; }),
          "seem to have their vertices in another order than the reference: 'acapfeat check' says "
          "where");
-    warn(state_->shapes_where(names, [](const ShapeFacts& s) { return s.other_size; }),
+    warn(state_->shapes_where(names, [](const State::ShapeFacts& s) { return s.other_size; }),
          "have another size than the reference, as in another unit: it is taken for deformation");
     const double usual = state_->stretches.quantile(kMostStretches);
-    warn(state_->shapes_where(
-             names,
-             [&](const ShapeFacts& s) { return is_stretch_outlier(s.largest_stretch, usual); }),
+    warn(state_->shapes_where(names,
+                              [&](const State::ShapeFacts& s) {
+                                  return is_stretch_outlier(s.largest_stretch, usual);
+                              }),
          fmt::format("stretch somewhere far more than the {:.3g} that 99.9 % of all vertices stay "
                      "below: one scale serves all, so everything else becomes small",
                      usual));

@@ -19,6 +19,7 @@ constexpr double kOutOfRing = 0.7;      // spreads
 constexpr double kWider = 1.25;         // than the reference's, beside the usual ratio of the shape
 constexpr double kWiderThanSize = 1.5;  // the usual ratio is at most that of the sizes times this
 constexpr std::size_t kCrowd = 6;
+constexpr double kNearer = 0.5;  // than whose ring it is
 constexpr double kFarOut = 1.0;           // of both of two exchanged vertices
 constexpr double kBeyondReference = 2.0;  // times as far out of the ring as in the reference
 constexpr std::size_t kMostExchanged = 500;
@@ -214,7 +215,8 @@ int VertexOrderTest::first_exchanged(const std::vector<Ring>& rings,
         if (is_out[i] != 0) out.push_back(i);
     }
     const auto sits_in = [&](std::size_t i, std::size_t ring) {
-        return length_between(shape[i], rings[ring].center) <= rings[ring].spread;
+        const double limit = std::min(1.0, kNearer * rings[ring].offset);
+        return length_between(shape[i], rings[ring].center) <= limit * rings[ring].spread;
     };
     for (std::size_t a = 0; a < out.size(); ++a) {
         for (std::size_t b = a + 1; b < out.size(); ++b) {

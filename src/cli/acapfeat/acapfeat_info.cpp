@@ -103,12 +103,14 @@ int proved_count(const FeatureSet& set) {
 }
 
 void print_json(const FeatureFile& file) {
-    const FeatureSet& set = file.outline();
+    const PlacedFeatures& set = file.outline();
     Json info{{"file", file.path()},
               {"shapes", set.shape_count()},
               {"vertices", set.vertex_count()},
               {"faces", set.reference.face_count()},
-              {"weights", set.weights}};
+              {"weights", set.weights},
+              {"coincident_vertices", set.places.coincident_count()},
+              {"unused_vertices", set.places.unused_count()}};
     const Extremes extremes = extremes_of(file);
     info["rotation_vector"] = {{"lowest", to_json(set, extremes.lowest_rotation)},
                                {"highest", to_json(set, extremes.highest_rotation)}};
@@ -159,12 +161,17 @@ void print_jumps(const FeatureSet& set) {
 }
 
 void print_text(const FeatureFile& file) {
-    const FeatureSet& set = file.outline();
+    const PlacedFeatures& set = file.outline();
     print_out("file                {}\n", file.path());
     print_out("shapes              {}\n", set.shape_count());
     print_out("vertices            {}\n", set.vertex_count());
     print_out("faces               {}\n", set.reference.face_count());
     print_out("weights             {}\n", set.weights);
+    if (!set.places.are_all_vertices()) {
+        print_out("places              {}: {} vertices coincide with others, {} are in no face\n",
+                  set.places.place_count(set.vertex_count()), set.places.coincident_count(),
+                  set.places.unused_count());
+    }
     const Extremes extremes = extremes_of(file);
     print_out("r, radians          from {}\n", to_text(set, extremes.lowest_rotation));
     print_out("                    to {}\n", to_text(set, extremes.highest_rotation));
