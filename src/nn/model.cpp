@@ -29,8 +29,7 @@ Var Model<T>::record_input(bool with_gradient) {
 template <class T>
 int Model<T>::add_component_weights(std::string name, Extents extents, double exponent) {
     const int index = parameters_.add(std::move(name), std::move(extents));
-    const double growth = code_growth(vertex_count());
-    if (growth > 1) parameters_.set_rate_scale(index, std::pow(1 / growth, exponent));
+    parameters_.set_rate_scale(index, std::pow(1 / code_growth(vertex_count()), exponent));
     return index;
 }
 

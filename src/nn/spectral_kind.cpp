@@ -60,7 +60,7 @@ Table loss_keys(SpectralLossConfig& loss) {
         {"range", &loss.range, kNotNegative, "keeps codes within the limit below"},
         {"sparsity_range", &loss.sparsity_range, kNotNegative, "keeps the learned ranges small"},
         {"range_limit", &loss.range_limit, kNotNegative,
-         "codes above it are penalised; null: 5 sqrt(V / 10,000), the papers: 5"},
+         "codes above it are penalised; null: 5, more beyond 10,000 vertices; the papers: 5"},
     };
 }
 

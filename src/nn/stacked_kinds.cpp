@@ -98,7 +98,7 @@ Table loss_keys(LossConfig& loss) {
         {"sparsity", &loss.sparsity, kNotNegative, "group sparsity outside the sparsity range"},
         {"range", &loss.range, kNotNegative, "keeps codes within the limit below"},
         {"range_limit", &loss.range_limit, kNotNegative,
-         "codes above it are penalised; null: 5 sqrt(V / 10,000), the papers: 5"},
+         "codes above it are penalised; null: 5, more beyond 10,000 vertices; the papers: 5"},
     };
 }
 

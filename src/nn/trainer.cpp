@@ -218,8 +218,8 @@ void Trainer::require_not_astray(double error, double energy) const {
     const auto levels = std::ranges::count_if(names, is_reconstruction);
     const double most =
         kAstray * std::max(static_cast<double>(levels) * energy, state_.first_error);
-    // All shapes may be the reference: then there is nothing to compare with.
-    if (energy == 0 || error <= most) return;
+    // Before the first step, or if all shapes are the reference, there is nothing to compare with.
+    if (state_.first_error == 0 || energy == 0 || error <= most) return;
     throw DivergenceError(
         fmt::format("step {}: the reconstruction error is {:.4g}, that of no model at all {:.4g}",
                     state_.step, error, energy));

@@ -29,18 +29,18 @@ void put_beside(const std::string& path, const std::string& other) {
 }  // namespace
 
 void Milestone::before_saving(std::int64_t epoch, bool is_over) const {
-    if (is_over || is_milestone(epoch) || !is_milestone(saved_)) return;
+    if (is_over || is_at(epoch) || !is_at(saved_)) return;
     put_beside(checkpoint_path(run_), milestone_path(run_));
 }
 
 void Milestone::after_saving(std::int64_t epoch, bool is_over) {
     saved_ = epoch;
-    if (is_over || is_milestone(epoch)) remove(milestone_path(run_));
+    if (is_over || is_at(epoch)) remove(milestone_path(run_));
 }
 
 ModelFile Milestone::open() const {
     ModelFile last(checkpoint_path(run_));
-    if (is_milestone(last.state().epoch) || !path_exists(milestone_path(run_))) return last;
+    if (is_at(last.state().epoch) || !path_exists(milestone_path(run_))) return last;
     return ModelFile(milestone_path(run_));
 }
 

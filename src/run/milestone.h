@@ -20,6 +20,7 @@ class Milestone {
     Milestone(std::string run, int interval, std::int64_t epoch)
         : run_(std::move(run)), interval_(interval), saved_(epoch) {}
 
+    bool is_at(std::int64_t epoch) const { return epoch % interval_ == 0; }
     /// Before the checkpoint is replaced by one of `epoch`. A run that is over needs no milestone.
     /// Throws IoError.
     void before_saving(std::int64_t epoch, bool is_over) const;
@@ -28,8 +29,6 @@ class Milestone {
     ModelFile open() const;
 
   private:
-    bool is_milestone(std::int64_t epoch) const { return epoch % interval_ == 0; }
-
     std::string run_;
     int interval_;
     std::int64_t saved_;  // epoch of the checkpoint

@@ -118,8 +118,23 @@ class Training {
         if (options.on_epoch) options.on_epoch(report, metrics_->term_names());
         const bool is_stopped = options.should_stop && options.should_stop();
         const bool is_wanted = options.should_save && options.should_save();
-        if (is_stopped || is_wanted || is_due()) save();
+        if (learner_.is_over() || milestone_.is_at(learner_.state().epoch)) {
+            save();
+        } else if (is_stopped || is_wanted || is_long_unsaved()) {
+            save_between(is_stopped);
+        }
         return is_stopped;
+    }
+
+    /// When a clock or somebody says so. What such a look at the model finds must not decide how
+    /// training goes on: it is not saved then, and who stops there is left with what was.
+    void save_between(bool is_stopped) {
+        try {
+            save();
+        } catch (const DivergenceError& error) {
+            log_.append(fmt::format("{}; not saved", error.what()));
+            if (is_stopped) restore(ModelFile(checkpoint_path(run_)), learner_.state().rate_factor);
+        }
     }
 
     /// To the last milestone, at half the rate.
@@ -132,18 +147,23 @@ class Training {
                             "checkpoint is kept",
                             error.what(), kMostTimes));
         }
-        const ModelFile good = milestone_.open();
-        TrainingState state = good.state();
-        state.rate_factor = factor;
-        good.load(*setup_.model);
-        learner_.resume(state);
-        open_metrics();
+        restore(milestone_.open(), factor);
+        const TrainingState& state = learner_.state();
         const std::string what = fmt::format(
             "{}; went back to epoch {}, the learning rate is {:g} times what it was meant to be "
             "from now on",
             error.what(), state.epoch, factor);
         log_.append(what);
+        log_.sync();
         if (options.on_setback) options.on_setback(state, what);
+    }
+
+    void restore(const ModelFile& good, double rate_factor) {
+        TrainingState state = good.state();
+        state.rate_factor = rate_factor;
+        good.load(*setup_.model);
+        learner_.resume(state);
+        open_metrics();
     }
 
     /// With the rows up to the epoch that is reached.
@@ -152,10 +172,9 @@ class Training {
         metrics_.emplace(metrics_path(run_), learner_.term_names(), learner_.state().epoch);
     }
 
-    bool is_due() const {
+    bool is_long_unsaved() const {
         constexpr std::chrono::seconds kLongestUnsaved{120};
-        return learner_.state().epoch % setup_.config.train.checkpoint_every == 0 ||
-               learner_.is_over() || std::chrono::steady_clock::now() - saved_at_ > kLongestUnsaved;
+        return std::chrono::steady_clock::now() - saved_at_ > kLongestUnsaved;
     }
 
     const std::string& run_;

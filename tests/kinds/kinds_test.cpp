@@ -169,7 +169,11 @@ TEST_P(EachKind, LoadsWhatItSaved) {
         return all;
     };
     const std::vector<float> wanted = results(*model);
-    for (LearnedModel* other : {loaded.get(), reading.get()}) EXPECT_EQ(results(*other), wanted);
+    EXPECT_EQ(results(*loaded), wanted);
+    // A model for reading may have more lanes, whose kernels round sums of products elsewhere.
+    const std::vector<float> read = results(*reading);
+    ASSERT_EQ(read.size(), wanted.size());
+    for (std::size_t i = 0; i < read.size(); ++i) ASSERT_FLOAT_EQ(read[i], wanted[i]) << i;
 }
 
 // Saved, loaded into a fresh model and continued ends in the bits of a run that never stopped, with

@@ -115,7 +115,9 @@ TEST(CodeLimits, PenaltyGrowsAsTheErrorDoes) {
     };
     EXPECT_EQ(code_limit({}, 1, 10000).limit, 5);
     EXPECT_EQ(code_limit({}, 1, 10000).weight, 1);
-    for (const int vertices : {100, 10000, 1000000}) {
+    EXPECT_EQ(code_limit({}, 0.5, 100).limit, 5);
+    EXPECT_EQ(code_limit({}, 0.5, 100).weight, 0.5);
+    for (const int vertices : {10000, 30000, 1000000}) {
         const double code = 7 * code_growth(vertices);
         EXPECT_NEAR(penalty(2 * code, 4 * vertices), 4 * penalty(code, vertices), 1e-9);
         EXPECT_GT(penalty(code, vertices), 0);

@@ -49,7 +49,7 @@ class DivergingRun : public testing::TestWithParam<std::string> {
     }
     /// A rate from which a few halvings lead to one that trains.
     double wild_rate() {
-        for (const double rate : {0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) {
+        for (const double rate : {1.0, 5.0, 20.0, 0.2}) {
             setbacks_.clear();
             try {
                 train(config(rate), run("probe.run"));
@@ -104,12 +104,12 @@ TEST_P(DivergingRun, StoppedAndResumedIsUninterrupted) {
     const double rate = wild_rate();
     train(config(rate), run("whole.run"));
     const std::string whole = bits(run("whole.run"));
-    for (std::int64_t first = 1; first < 14; ++first) {
+    for (const std::int64_t first : {1, 4, 6, 9}) {
         bool is_stopped = train(config(rate), run(), false, first).is_stopped;
         for (int piece = 0; is_stopped && piece < 60; ++piece) {
             is_stopped = train(config(rate), run(), true, 2).is_stopped;
         }
-        EXPECT_EQ(bits(run()), whole) << "stopped first after " << first;
+        EXPECT_TRUE(bits(run()) == whole) << "stopped first after " << first;
         EXPECT_FALSE(std::filesystem::exists(milestone_path(run())));
         std::filesystem::remove_all(run());
     }

@@ -48,7 +48,7 @@ struct LossConfig {
     double reconstruction = 1.0;
     double sparsity = 1000.0;
     double range = 1.0;
-    /// Codes above it are penalised, >= 0. Empty: 5 on a mesh of 10,000 vertices, and on others
+    /// Codes above it are penalised, >= 0. Empty: 5 up to 10,000 vertices, and on finer meshes
     /// what comes to the same (nn/resolution.h); a number: that on every mesh, in the papers 5.
     std::optional<double> range_limit;
 };
