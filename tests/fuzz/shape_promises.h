@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cmath>
-#include <set>
 
 #include "fuzz/promises.h"
 #include "mscomp/acap/mesh/shape_source.h"
@@ -14,8 +13,6 @@ namespace mscomp::fuzz {
 inline void check_sound(const ShapeSource& shapes) {
     require(shapes.shape_count() > 0 && shapes.vertex_count() > 0 && !shapes.faces().empty(),
             "there are shapes, vertices and faces");
-    const std::set<std::string> names(shapes.names().begin(), shapes.names().end());
-    require(names.size() == shapes.names().size(), "names are distinct");
     for (const Face& face : shapes.faces()) {
         for (const int corner : face) {
             require(corner >= 0 && corner < shapes.vertex_count(), "faces refer to vertices");
