@@ -199,8 +199,8 @@ TEST_F(BadSurroundings, ADamagedRecordOfATrainingIsNamedWithItsLine) {
     std::string rows = TemporaryFolder::content(folder_ / "run/metrics.csv");
     rows.replace(rows.find("\n1,") + 1, 1, "x");
     folder_.put("run/metrics.csv", rows);
-    const Outcome outcome =
-        run({"mscomp", "train", "c.yaml", "-o", "run", "--resume", "--set", "train.epochs=3"});
+    const Outcome outcome = run(
+        {"mscomp", "train", "run/config.yaml", "-o", "run", "--resume", "--set", "train.epochs=3"});
     EXPECT_EQ(outcome.code, 3) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("metrics.csv:2: got 'x', wanted a number"));
 }
