@@ -242,7 +242,7 @@ TEST(Npy, RefusesShapesThatDoNotMatchTheData) {
 TEST(Npy, ReadingAnotherTypeIsRefused) {
     const std::string floats = numpy_floats("(2,)", 2);
     const NpyArray array = parse_npy(bytes_of(floats), "x");
-    EXPECT_THAT(thrown_message<InputError>([&] { array.integers(); }), HasSubstr("no integers"));
+    EXPECT_THAT(array.integers(), ElementsAre(0, 0));  // whole numbers of any type
     EXPECT_THAT(thrown_message<InputError>([&] { array.texts(); }), HasSubstr("no text"));
     const std::string whole =
         numpy_file("{'descr': '<i8', 'fortran_order': False, 'shape': (1,), }",
