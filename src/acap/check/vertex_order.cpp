@@ -19,8 +19,8 @@ constexpr double kOutOfRing = 0.7;      // spreads
 constexpr double kWider = 1.25;         // than the reference's, beside the usual ratio of the shape
 constexpr double kWiderThanSize = 1.5;  // the usual ratio is at most that of the sizes times this
 constexpr std::size_t kCrowd = 6;
-constexpr double kNearer = 0.5;  // than whose ring it is
-constexpr double kFarOut = 1.0;           // of both of two exchanged vertices
+constexpr double kNearer = 0.5;           // than whose ring it is
+constexpr double kFarOut = 1.5;           // of both of two exchanged vertices
 constexpr double kBeyondReference = 2.0;  // times as far out of the ring as in the reference
 constexpr std::size_t kMostExchanged = 500;
 
