@@ -15,7 +15,7 @@ Table spectral_keys(SpectralConfig& model) {
     return {
         {"components", &model.components, kAtLeastOne, "latent dimension"},
         {"filter_order", &model.filter_order, Bounds{1, 16}, "of the Chebyshev convolutions"},
-        {"conv_channels", &model.conv_channels, kAtLeastOne,
+        {"conv_channels", &model.conv_channels, Bounds{1, 1024},
          "per vertex behind the convolution; other than 9: a decoder of its own"},
         {"tied", tied_choice(model.tied), {}, "filters of the decoder; same: the paper"},
         {"adjacency",

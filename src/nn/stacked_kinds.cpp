@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The kinds of stacked autoencoders: with attention on levels [A], and with one level the AAAI-18
 // predecessor.
+#include <fmt/format.h>
+
+#include <cstdint>
 #include <memory>
 
+#include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/nn/kinds.h"
 #include "nn/network.h"
@@ -110,10 +114,25 @@ KindKeys autoencoder_kind_keys(Config& config) {
             network_train_keys(config.train)};
 }
 
+/// Throws UsageError for levels that multiply to more components than memory is worth.
+void require_few(const StackedConfig& model) {
+    constexpr std::int64_t kMost = 1'000'000;
+    std::int64_t autoencoders = 1, components = 0;
+    for (const LevelConfig& level : model.levels) {
+        components += autoencoders * level.components;
+        if (components > kMost) {
+            throw UsageError(
+                fmt::format("model.levels: more than {} components in all, wanted fewer", kMost));
+        }
+        if (model.attention) autoencoders *= level.components;
+    }
+}
+
 std::unique_ptr<LearnedModel> make_stacked(const Config& config, const ModelPlace& place) {
     auto options = options_for<StackedModel<float>::Options>(config, place);
     options.supports = place.use == ModelUse::reading || config.train.supports;
     const auto& own = config.own<StackedSettings>();
+    require_few(own.model);
     auto model = std::make_unique<StackedModel<float>>(
         own.model, own.loss,
         one_rings_of_faces(place.reference.vertex_count(), place.reference.faces), place.distances,
