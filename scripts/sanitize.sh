@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds tests with sanitizers and runs them; docs/testing.md says how long that takes.
+# Builds tests with sanitizers and runs them.
 #   scripts/sanitize.sh address [quick|all]   addresses and undefined behaviour, by clang
 #   scripts/sanitize.sh thread [quick|all]    threads: loops, training, the engine
-# quick (unless named) is what .ci/run does; all is every test that means something here.
+# quick, unless named: the tests of what reads, or of what runs in threads; all: every test.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -59,6 +59,14 @@ nlohmann::json describe(const ModelContext& context, const TrainingState& state)
             {"step", state.step}};
 }
 
+/// The whole number, at least 0, under `key`. Throws CheckpointError.
+std::int64_t count_in(const nlohmann::json& description, const char* key, const std::string& path) {
+    const nlohmann::json& entry = description.at(key);
+    const std::int64_t count = entry.is_number_integer() ? entry.get<std::int64_t>() : -1;
+    if (count >= 0) return count;
+    throw CheckpointError(path, fmt::format("{} is no whole number of at least 0", key));
+}
+
 std::string codes_key(int level) { return fmt::format("codes/level{}", level); }
 
 /// Columns [first, first + count) of the table, row after row.
@@ -151,8 +159,8 @@ struct ModelFile::Content {
         context.source_hash = description.at("source_hash");
         context.weights = description.at("weights");
         context.largest_distance_exact = description.at("largest_distance_exact");
-        state.epoch = description.at("epoch");
-        state.step = description.at("step");
+        state.epoch = count_in(description, "epoch", path);
+        state.step = count_in(description, "step", path);
         context.reference.vertices = unflat<double, 3>(file.data<double>("reference", {-1, 3}));
         context.reference.faces = unflat<int, 3>(file.data<int>("faces", {-1, 3}));
         const auto nine = [&](const char* name, std::array<double, kFeatureDim>& to) {
@@ -211,6 +219,10 @@ struct ModelFile::Content {
         state.is_plateau = window[2] != 0;
         // Early files do not say how many epochs the sum is of: their window begins anew.
         if (window.size() < 4) return;
+        constexpr double kMostEpochs = 1e9;
+        if (!(window[3] >= 0 && window[3] <= kMostEpochs)) {
+            throw CheckpointError(file.path(), "the epochs of the plateau window are none");
+        }
         state.window_sum = window[1];
         state.window_epochs = static_cast<std::int64_t>(window[3]);
     }

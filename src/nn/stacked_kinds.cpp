@@ -117,12 +117,14 @@ KindKeys autoencoder_kind_keys(Config& config) {
             network_train_keys(config.train)};
 }
 
-/// Every component of a level has an autoencoder of its own on the next, so levels multiply.
+/// With attention every component of a level has an autoencoder of its own on the next, so levels
+/// multiply.
 void require_few_components(const StackedConfig& model) {
     constexpr std::int64_t kMost = 100'000;
-    std::int64_t components = 1;
+    std::int64_t autoencoders = 1;
     for (const LevelConfig& level : model.levels) {
-        components *= level.components;
+        const std::int64_t components = autoencoders * level.components;
+        if (model.attention) autoencoders = components;
         if (components <= kMost) continue;
         throw UsageError(fmt::format("model.levels: {} components on one level, wanted at most {}",
                                      components, kMost));

@@ -24,7 +24,11 @@ TrainedRun open_run(const std::string& path, int batch) {
     }
     run.distances = std::make_unique<NormalizedGeodesics>(HeatGeodesics(context.reference),
                                                           context.largest_distance);
-    run.model = make_model(run.config, context, *run.distances, ModelUse::reading, batch);
+    try {
+        run.model = make_model(run.config, context, *run.distances, ModelUse::reading, batch);
+    } catch (const UsageError& error) {
+        throw CheckpointError(file, error.what());
+    }
     run.file.load(*run.model);
     return run;
 }

@@ -30,7 +30,7 @@ void check_override(std::string_view text) {
     if (!std::ranges::all_of(text, is_shown)) return;
     const std::string set(text);
     const auto config = unless_refused<ConfigError>(
-        "--set " + set, [&] { return parse_config("", "defaults", {set}); });
+        "--set " + set, [&] { return parse_config("data: {features: f}", "input", {set}); });
     if (config) check_round_trip(*config);
 }
 
