@@ -60,7 +60,7 @@ Table reading_keys(StackedConfig& model) {
          tied_choice(model.tied),
          {},
          "convolution of the decoder against that of the encoder"},
-        {"bias", &model.bias, {}, "of the convolutions; true: the paper, the reference moves then"},
+        {"bias", &model.bias, {}, "of the convolutions; false: the reference comes back exactly"},
         {"latent_activation", activation_choice(model.latent_activation), {}, "on the codes"},
         {"decoder_fc_activation",
          activation_choice(model.decoder_fc_activation),

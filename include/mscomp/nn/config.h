@@ -37,7 +37,7 @@ struct StackedConfig {
     Activation decoder_fc_activation = Activation::none;
     /// Convolutions have biases ([A]). Without them the reference, which is zero, comes back
     /// exactly.
-    bool bias = false;
+    bool bias = true;
     double mask_power = 8.0;  // attention masks ~ a^p, > 0; 1 = the paper
     double mask_epsilon = 1e-12;
     std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
