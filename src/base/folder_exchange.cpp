@@ -10,9 +10,11 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 #include <utility>
 
+#include "folder_entries.h"
 #include "in_place_exchange.h"
 #include "temporary_place.h"
 
@@ -38,25 +40,18 @@ bool same_file(const std::string& a, const std::string& b) {
 }
 
 /// Entries of `folder` that stay although they are none of the new ones.
-std::vector<std::string> others_in(const std::string& folder, const std::set<std::string>& known,
-                                   bool& is_complete) {
-    std::vector<std::string> others;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
-        std::string name = entry->path().filename().string();
-        if (!known.contains(name)) others.push_back(std::move(name));
-    }
-    is_complete = !error;
+std::optional<std::vector<std::string>> others_in(const std::string& folder,
+                                                  const std::set<std::string>& known) {
+    std::optional<std::vector<std::string>> others = names_in(folder);
+    if (others) std::erase_if(*others, [&](const auto& name) { return known.contains(name); });
     return others;
 }
 
 /// Gives the others a second name in the new folder. Folders cannot have one.
 bool link_others(const std::string& folder, const std::string& fresh,
                  const std::set<std::string>& known) {
-    bool is_complete = false;
-    const std::vector<std::string> others = others_in(folder, known, is_complete);
-    return is_complete && std::ranges::all_of(others, [&](const std::string& name) {
+    const std::optional<std::vector<std::string>> others = others_in(folder, known);
+    return others && std::ranges::all_of(*others, [&](const std::string& name) {
                return ::linkat(AT_FDCWD, (folder + "/" + name).c_str(), AT_FDCWD,
                                (fresh + "/" + name).c_str(), 0) == 0;
            });
@@ -65,8 +60,9 @@ bool link_others(const std::string& folder, const std::string& fresh,
 /// What came to the old folder, or was replaced in it, behind our back comes along.
 void fetch_latecomers(const std::string& old_folder, const std::string& folder,
                       const std::set<std::string>& known) {
-    bool is_complete = false;
-    for (const std::string& name : others_in(old_folder, known, is_complete)) {
+    const std::optional<std::vector<std::string>> others = others_in(old_folder, known);
+    if (!others) return;
+    for (const std::string& name : *others) {
         const std::string from = old_folder + "/" + name, to = folder + "/" + name;
         if (!same_file(from, to)) std::rename(from.c_str(), to.c_str());
     }

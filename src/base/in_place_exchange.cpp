@@ -9,9 +9,10 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <system_error>
+#include <optional>
 
 #include "failed_call.h"
+#include "folder_entries.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "temporary_file.h"
@@ -38,17 +39,6 @@ void move(const std::string& from, const std::string& to, const std::string& pat
 std::string seen_from(const std::string& staging, const std::string& folder) {
     if (folder == folder_of(staging)) return "..";
     return "../" + fs::path(folder).filename().string();
-}
-
-std::vector<std::string> names_in(const std::string& folder) {
-    std::vector<std::string> names;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
-        names.push_back(entry->path().filename().string());
-    }
-    if (error) throw IoError(folder, "cannot read: " + error.message());
-    return names;
 }
 
 /// What is moved where, as it is kept: texts that end with 0, the folder first.
@@ -105,7 +95,9 @@ void undo(const std::string& staging) {
         const std::string fresh = new_files(staging) + "/" + name;
         if (!is_there(fresh) && is_there(place)) move(place, fresh, place, kDoing);
     }
-    for (const std::string& name : names_in(old_files(staging))) {
+    const std::optional<std::vector<std::string>> old = names_in(old_files(staging));
+    if (!old) fail(moves.folder, kDoing, errno);
+    for (const std::string& name : *old) {
         const std::string place = moves.folder + "/" + name;
         move(old_files(staging) + "/" + name, place, place, kDoing);
     }
@@ -171,8 +163,13 @@ void move_into(const std::string& folder, const std::string& staging,
 void remove_staging(const std::string& staging) noexcept {
     try {
         undo(staging);
-        std::error_code ignored;
-        fs::remove_all(staging, ignored);
+        for (const std::string& part : {new_files(staging), old_files(staging)}) {
+            for (const std::string& name : names_in(part).value_or(std::vector<std::string>())) {
+                ::unlink((part + "/" + name).c_str());
+            }
+            ::rmdir(part.c_str());
+        }
+        ::rmdir(staging.c_str());
     } catch (const std::exception&) {
         // It stays, with the list, for the next who writes here.
         return;

@@ -3,12 +3,16 @@
 
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "failed_call.h"
+#include "folder_entries.h"
 #include "folder_exchange.h"
 #include "in_place_exchange.h"
 #include "mscomp/base/error.h"
@@ -50,14 +54,9 @@ std::vector<std::string> ready_in(const std::string& staging) {
     const std::string folder = new_files(staging);
     // Writing may have failed, and then cleaning up.
     remove_dead_temporaries(folder);
-    std::vector<std::string> names;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
-        names.push_back(entry->path().filename().string());
-    }
-    if (error) throw IoError(final_name(folder + "/"), "cannot read: " + error.message());
-    return names;
+    const std::optional<std::vector<std::string>> names = names_in(folder);
+    if (!names) fail(final_name(folder + "/"), "read", errno);
+    return *names;
 }
 
 }  // namespace

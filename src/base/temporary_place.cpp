@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "failed_call.h"
+#include "folder_entries.h"
 #include "in_place_exchange.h"
 #include "mscomp/base/error.h"
 
@@ -88,14 +89,11 @@ bool is_named(int descriptor, const std::string& path) {
 }
 
 void remove_dead_temporaries(const std::string& folder) {
-    std::error_code error;
-    std::vector<std::string> found;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
-        const std::string name = entry->path().filename().string();
-        if (is_temporary_name(name)) found.push_back(entry->path().string());
+    const std::optional<std::vector<std::string>> names = names_in(folder);
+    if (!names) return;
+    for (const std::string& name : *names) {
+        if (is_temporary_name(name)) remove_if_dead(folder + "/" + name);
     }
-    std::ranges::for_each(found, remove_if_dead);
 }
 
 void remove_dead_temporaries_once(const std::string& folder) {

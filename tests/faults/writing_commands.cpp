@@ -20,7 +20,7 @@ constexpr const char* kConfig =
     "train: {epochs: 3, checkpoint_every: 1, fill_up_to: 0}\n";
 
 constexpr const char* kSweep =
-    "base: {config: config.yaml}\n"
+    "config: config.yaml\n"
     "points:\n"
     "  grid:\n"
     "    train.learning_rate: [0.003, 0.001]\n";
@@ -59,8 +59,8 @@ std::vector<WritingCommand> writing_commands() {
         earlier[2] = "uniform.safetensors";
         if (out == "out") {
             for (Arguments* each : {&now, &earlier}) each->insert(each->end(), {"--to", "ply"});
-            earlier.emplace_back("--aligned");
         }
+        if (kind == "h5" || kind == "Meshes") earlier.emplace_back("--aligned");
         add_both(all, "Convert" + kind, now, {uniform, earlier});
     }
     add_both(all, "Train", {"mscomp", "train", "config.yaml", "-o", "out.run"},
