@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <utility>
 
@@ -81,9 +82,12 @@ class SurfaceRows final : public FeatureRows {
         rows_.put_features(shape, all);
     }
     void get_features(int shape, std::span<float> row) const override {
-        std::vector<float> all(vertex_count_ * kFeatureDim);
-        rows_.get_features(shape, all);
-        std::ranges::copy(places_.of_places(std::span<const float>(all), kFeatureDim), row.begin());
+        const auto all = std::make_unique<float[]>(vertex_count_ * kFeatureDim);
+        const std::span<float> rows(all.get(), vertex_count_ * kFeatureDim);
+        rows_.get_features(shape, rows);
+        const std::vector<float> wanted =
+            places_.of_places(std::span<const float>(rows), kFeatureDim);
+        std::ranges::copy(wanted, row.begin());
     }
 
   private:

@@ -9,7 +9,7 @@
 namespace mscomp {
 namespace {
 
-Eigen::Map<Eigen::Vector3d> as_vector(Point& point) {
+Eigen::Map<Eigen::Vector3d> writable(Point& point) {
     return Eigen::Map<Eigen::Vector3d>(point.data());
 }
 
@@ -88,8 +88,8 @@ double FeatureEquations::energy(const std::vector<Point>& shape,
         for (int place = rings.offsets[i]; place < rings.offsets[i + 1]; ++place) {
             const auto k = at(place);
             const Eigen::Vector3d by_edge = by_residual * edge_factors_[k];
-            as_vector(derivative[at(rings.neighbors[k])]) += by_edge;
-            as_vector(derivative[i]) -= by_edge;
+            writable(derivative[at(rings.neighbors[k])]) += by_edge;
+            writable(derivative[i]) -= by_edge;
         }
     }
     add_pseudo_edge_derivative(shape, normals, by_pseudo_edge, derivative);
@@ -112,8 +112,8 @@ void FeatureEquations::add_pseudo_edge_derivative(
             const double length = edge.norm();
             if (!(length > 0)) continue;
             const Eigen::Vector3d by_edge = (by_height * kHeightFactor / degree / length) * edge;
-            as_vector(derivative[j]) += by_edge;
-            as_vector(derivative[i]) -= by_edge;
+            writable(derivative[j]) += by_edge;
+            writable(derivative[i]) -= by_edge;
         }
         if (normals.folded[i] != 0 || degree == 0) continue;
         by_normal_sum[i] =
@@ -129,9 +129,9 @@ void FeatureEquations::add_pseudo_edge_derivative(
         const Eigen::Vector3d by_cross =
             (by_normal - normal->dot(by_normal) * *normal) / ab.cross(ac).norm();
         const Eigen::Vector3d by_ab = ac.cross(by_cross), by_ac = by_cross.cross(ab);
-        as_vector(derivative[b]) += by_ab;
-        as_vector(derivative[c]) += by_ac;
-        as_vector(derivative[a]) -= by_ab + by_ac;
+        writable(derivative[b]) += by_ab;
+        writable(derivative[c]) += by_ac;
+        writable(derivative[a]) -= by_ab + by_ac;
     }
 }
 

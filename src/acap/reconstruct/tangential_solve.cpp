@@ -10,7 +10,7 @@ namespace {
 
 // Keeps the matrix definite where the equations leave a vertex free; what it changes is taken back
 // by the second of the steps below wherever they do not.
-constexpr double kLaplacianShare = 1e-6;
+constexpr double kTangentialShare = 1e-6;
 constexpr int kSteps = 3;
 
 std::vector<Eigen::Vector3d> tangential_factors(const FeatureEquations& equations) {
@@ -45,7 +45,7 @@ MatrixEntries matrix_of(const FeatureEquations& equations,
                         const std::vector<Eigen::Vector3d>& factors) {
     MatrixEntries entries;
     add_ring_squares(equations.gradients().rings(), factors, entries);
-    add_laplacian(equations.gradients().rings(), equations.gradients().weights(), kLaplacianShare,
+    add_laplacian(equations.gradients().rings(), equations.gradients().weights(), kTangentialShare,
                   entries);
     return entries;
 }
