@@ -163,13 +163,13 @@ void move_into(const std::string& folder, const std::string& staging,
 void remove_staging(const std::string& staging) noexcept {
     try {
         undo(staging);
-        for (const std::string& part : {new_files(staging), old_files(staging)}) {
+        // The last one: a list that was being written.
+        for (const std::string& part : {new_files(staging), old_files(staging), staging}) {
             for (const std::string& name : names_in(part).value_or(std::vector<std::string>())) {
                 ::unlink((part + "/" + name).c_str());
             }
             ::rmdir(part.c_str());
         }
-        ::rmdir(staging.c_str());
     } catch (const std::exception&) {
         // It stays, with the list, for the next who writes here.
         return;

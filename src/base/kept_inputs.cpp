@@ -59,7 +59,7 @@ void require_extension(const std::string& output, const std::string& what,
     if (!is_known || holds(extensions, extension)) return;
     if (!extensions.empty()) {
         throw UsageError(fmt::format("{} would be {}, wanted a name that ends in .{}", output, what,
-                                     extensions.front()));
+                                     fmt::join(extensions, ", .")));
     }
     if (is_folder(output)) return;
     throw UsageError(fmt::format("{} would be {}, wanted a name that does not end in .{}", output,

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "mscomp/base/parsed_number.h"
@@ -19,16 +20,28 @@ std::string_view field(std::string_view row, int index) {
     return row.substr(0, row.find(','));
 }
 
-}  // namespace
-
 template <class Number>
-Number metrics_number(std::string_view row, int index, const FilePosition& where) {
+Number number_in(std::string_view row, int index, const FilePosition& where) {
     const std::string_view text = field(row, index);
     if (const auto number = parsed_number<Number>(text)) return *number;
     throw InputError(where, fmt::format("got '{}', wanted a number as training writes it", text));
 }
 
-template std::int64_t metrics_number(std::string_view, int, const FilePosition&);
-template double metrics_number(std::string_view, int, const FilePosition&);
+}  // namespace
+
+MetricsRow metrics_row(std::string_view text, const MetricsRow& before, const FilePosition& where) {
+    MetricsRow row;
+    row.epoch = number_in<std::int64_t>(text, 0, where);
+    row.step = number_in<std::int64_t>(text, 1, where);
+    row.step_ms = number_in<double>(text, -1, where);
+    const bool is_sound = row.epoch > before.epoch && row.step >= before.step &&
+                          std::isfinite(row.step_ms) && row.step_ms >= 0;
+    if (!is_sound) {
+        throw InputError(where,
+                         "wanted epochs and steps that ascend, and a time, as training "
+                         "writes them");
+    }
+    return row;
+}
 
 }  // namespace mscomp

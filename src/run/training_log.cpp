@@ -36,8 +36,10 @@ std::string kept_rows(const std::string& path, const std::string& head, std::int
     std::istringstream lines(read_file(path));
     std::string line;
     std::getline(lines, line);
+    MetricsRow row;
     for (std::int64_t n = 2; std::getline(lines, line) && fields(line) == fields(head); ++n) {
-        if (metrics_number<std::int64_t>(line, 0, {path, n}) > epoch) break;
+        row = metrics_row(line, row, {path, n});
+        if (row.epoch > epoch) break;
         kept += line + "\n";
     }
     return kept;

@@ -127,13 +127,16 @@ class Training {
     }
 
     /// When a clock or somebody says so. What such a look at the model finds must not decide how
-    /// training goes on: it is not saved then, and who stops there is left with what was.
+    /// training goes on: it is not saved then, and who stops there is left with the last milestone,
+    /// at the rate that was come to.
     void save_between(bool is_stopped) {
         try {
             save();
         } catch (const DivergenceError& error) {
             log_.append(fmt::format("{}; not saved", error.what()));
-            if (is_stopped) restore(ModelFile(checkpoint_path(run_)), learner_.state().rate_factor);
+            if (!is_stopped) return;
+            restore(milestone_.open(), learner_.state().rate_factor);
+            save();
         }
     }
 
@@ -143,7 +146,7 @@ class Training {
         const double factor = learner_.state().rate_factor / 2;
         if (factor < std::ldexp(1.0, -kMostTimes)) {
             throw NumericalError(
-                fmt::format("{}; half the learning rate did not help {} times, the last "
+                fmt::format("{}; half the learning rate did not help {} times; the last "
                             "checkpoint is kept",
                             error.what(), kMostTimes));
         }

@@ -46,7 +46,7 @@ Json keep_evaluation(const std::string& path, const Json& made_from, const Json&
     const Json file{{"made_from", made_from}, {"evaluation", evaluation}};
     const std::string text = json_text(file, 2);
     write_file(path, text + "\n");
-    return Json::parse(text)["evaluation"];
+    return parsed_json<Json>(text, path)["evaluation"];
 }
 
 }  // namespace mscomp

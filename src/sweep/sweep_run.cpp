@@ -106,14 +106,12 @@ TrainingTime training_time(const std::string& run) {
     std::string line;
     std::getline(lines, line);
     TrainingTime time;
-    std::int64_t steps = 0;
+    MetricsRow before;
     for (std::int64_t n = 2; std::getline(lines, line); ++n) {
-        const FilePosition here{metrics_path(run), n};
-        const auto step = metrics_number<std::int64_t>(line, 1, here);
-        time.epochs = metrics_number<std::int64_t>(line, 0, here);
-        time.seconds +=
-            static_cast<double>(step - steps) * metrics_number<double>(line, -1, here) / 1000;
-        steps = step;
+        const MetricsRow row = metrics_row(line, before, {metrics_path(run), n});
+        time.epochs = row.epoch;
+        time.seconds += static_cast<double>(row.step - before.step) * row.step_ms / 1000;
+        before = row;
     }
     return time;
 }

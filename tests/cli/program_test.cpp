@@ -80,7 +80,7 @@ TEST(Program, WhatNobodyForesawIsABug) {
     EXPECT_THAT(outcome.err, HasSubstr("this is a bug, please report it: index"));
     EXPECT_EQ(run_throwing([] { throw 5; }).code, 1);
     const Outcome memory = run_throwing([] { throw std::bad_alloc(); });
-    EXPECT_EQ(memory.code, 1);
+    EXPECT_EQ(memory.code, 4);
     EXPECT_THAT(memory.err, HasSubstr("not enough memory"));
 }
 

@@ -19,6 +19,7 @@ Config config_with_no_default() {
     stacked(c).model.tied = nn::Tied::none;
     stacked(c).model.latent_activation = nn::Activation::tanh;
     stacked(c).model.decoder_fc_activation = nn::Activation::tanh;
+    stacked(c).model.bias = false;
     stacked(c).model.mask_power = 4.25;
     stacked(c).model.mask_epsilon = 3e-9;
     stacked(c).model.levels.resize(3);
@@ -43,7 +44,7 @@ Config config_with_no_default() {
     c.data.center = Scaling::minmax;
     c.data.scale = Scale::separate;
     c.train.epochs = 1;
-    c.train.batch = 2147483647;
+    c.train.batch = 1000000000;
     c.train.learning_rate = 1e-300;
     c.train.learning_rate_decay = 1;
     c.train.decay_steps = 5;
@@ -57,6 +58,7 @@ Config config_with_no_default() {
     c.train.plateau_gain = 0.375;
     c.train.checkpoint_every = 9;
     c.filter.minimum_strength = 1e-3;
+    c.filter.minimum_share = 0.125;
     c.filter.relative_threshold = 1;
     c.filter.absolute_threshold = 1e-6;
     return c;
@@ -74,6 +76,7 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(stacked(r).model.tied, stacked(c).model.tied);
         EXPECT_EQ(stacked(r).model.latent_activation, stacked(c).model.latent_activation);
         EXPECT_EQ(stacked(r).model.decoder_fc_activation, stacked(c).model.decoder_fc_activation);
+        EXPECT_EQ(stacked(r).model.bias, stacked(c).model.bias);
         EXPECT_EQ(stacked(r).model.mask_power, stacked(c).model.mask_power);
         EXPECT_EQ(stacked(r).model.mask_epsilon, stacked(c).model.mask_epsilon);
         ASSERT_EQ(stacked(r).model.levels.size(), stacked(c).model.levels.size());
@@ -117,6 +120,7 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(r.train.plateau_gain, c.train.plateau_gain);
         EXPECT_EQ(r.train.checkpoint_every, c.train.checkpoint_every);
         EXPECT_EQ(r.filter.minimum_strength, c.filter.minimum_strength);
+        EXPECT_EQ(r.filter.minimum_share, c.filter.minimum_share);
         EXPECT_EQ(r.filter.relative_threshold, c.filter.relative_threshold);
         EXPECT_EQ(r.filter.absolute_threshold, c.filter.absolute_threshold);
     }
@@ -164,6 +168,7 @@ TEST(ConfigRoundTrip, WhatOtherKindsWriteReadsBack) {
     Config one = default_config("autoencoder");
     stacked(one).model.levels = {{9, 0.125, 0.5, nn::SparsityRamp{0.25, 0.75}}};
     stacked(one).model.tied = nn::Tied::none;
+    stacked(one).model.bias = false;
     stacked(one).model.latent_activation = nn::Activation::tanh;
     stacked(one).model.decoder_fc_activation = nn::Activation::tanh;
     stacked(one).loss = {2, 3, 4, 6};

@@ -170,8 +170,8 @@ TEST(ArrayFiles, RowsOfCoordinatesNeedTheVerticesOfTheReference) {
     EXPECT_EQ(contents.shapes->shape_count(), 2);
     EXPECT_EQ(contents.shapes->vertex_count(), 4);
     EXPECT_THAT(contents.notes, Contains(HasSubstr("(2, 12) is read as (N,V*3)")));
-    EXPECT_THAT(thrown_message<InputError>([&] { read_npy(folder.put("b.npy", rows), {}); }),
-                HasSubstr("(2, 12), wanted (any, any, 3)"));
+    EXPECT_THAT(thrown_message<UsageError>([&] { read_npy(folder.put("b.npy", rows), {}); }),
+                HasSubstr("give a mesh that has them: --reference MESH"));
 }
 
 TEST(ArrayFiles, WhatCannotBeToldIsListed) {

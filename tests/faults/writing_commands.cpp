@@ -78,7 +78,7 @@ std::vector<WritingCommand> writing_commands() {
     add_both(
         all, "Export", {"mscomp", "export-components", "trained.run", "-o", "out", "--tile", "64"},
         {{"mscomp", "export-components", "trained.run", "-o", "out", "--all", "--tile", "80"}});
-    add_both(all, "Evaluate", {"mscomp", "evaluate", "trained.run", "-o", "out", "--handles", "0"},
+    add_both(all, "Evaluate", {"mscomp", "evaluate", "trained.run", "-o", "out", "--handles", "3"},
              {{"mscomp", "evaluate", "trained.run", "-o", "out", "--split", "train"}});
     add_both(all, "Decode",
              {"mscomp", "reconstruct", "trained.run", "features.safetensors", "-o", "out"},

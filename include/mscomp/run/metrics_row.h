@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
 #include "mscomp/base/error.h"
 
 namespace mscomp {
 
-/// The number in field `index` (from 0; -1 is the last) of a row of metrics.csv, which stands at
-/// `where`. Throws InputError if there is none.
-template <class Number>
-Number metrics_number(std::string_view row, int index, const FilePosition& where);
+/// What a row of metrics.csv says of the way that training went.
+struct MetricsRow {
+    std::int64_t epoch = 0, step = 0;
+    double step_ms = 0;
+};
+
+/// A row that stands at `where`, behind `before`. Throws InputError for one that training does not
+/// write: no numbers, or not behind the one before.
+MetricsRow metrics_row(std::string_view row, const MetricsRow& before, const FilePosition& where);
 
 }  // namespace mscomp

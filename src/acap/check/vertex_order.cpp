@@ -19,6 +19,7 @@ constexpr double kOutOfRing = 0.7;      // spreads
 constexpr double kWider = 1.25;         // than the reference's, beside the usual ratio of the shape
 constexpr double kWiderThanSize = 1.5;  // the usual ratio is at most that of the sizes times this
 constexpr std::size_t kCrowd = 6;
+constexpr std::size_t kMany = 4;          // one of so many vertices: no pose does that
 constexpr double kNearer = 0.5;           // than whose ring it is
 constexpr double kFarOut = 1.5;           // of both of two exchanged vertices
 constexpr double kBeyondReference = 2.0;  // times as far out of the ring as in the reference
@@ -180,6 +181,14 @@ double VertexOrderTest::usual_ratio(const std::vector<Ring>& rings, double size_
     return std::min(*middle, kWiderThanSize * size_ratio);
 }
 
+/// The lowest vertex out of its ring where that is so all over the shape, however coarse.
+int VertexOrderTest::first_of_many(const std::vector<Ring>& rings) const {
+    const std::vector<char> is_out = out_of_ring(rings, kOutOfRing);
+    const auto count = static_cast<std::size_t>(std::ranges::count(is_out, 1));
+    if (count < kCrowd || count * kMany < rings.size()) return -1;
+    return static_cast<int>(std::ranges::find(is_out, 1) - is_out.begin());
+}
+
 /// The lowest of all that hang together in sufficient number.
 int VertexOrderTest::first_of_crowd(const std::vector<Ring>& rings, double size_ratio) const {
     const double wide = kWider * usual_ratio(rings, size_ratio);
@@ -237,8 +246,8 @@ int VertexOrderTest::first_out_of_place(const std::vector<Point>& shape) const {
     const std::vector<Ring> rings = rings_of(shape);
     const double size_ratio = rms_radius(shape) / rms_radius(reference_);
     int first = std::numeric_limits<int>::max();
-    for (const int found :
-         {first_of_crowd(rings, size_ratio), first_exchanged(rings, shape), first_torn(shape)}) {
+    for (const int found : {first_of_many(rings), first_of_crowd(rings, size_ratio),
+                            first_exchanged(rings, shape), first_torn(shape)}) {
         if (found >= 0) first = std::min(first, found);
     }
     return first == std::numeric_limits<int>::max() ? -1 : first;

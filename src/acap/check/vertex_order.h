@@ -30,6 +30,7 @@ class VertexOrderTest {
     std::vector<Ring> rings_of(const std::vector<Point>& shape) const;
     std::vector<char> out_of_ring(const std::vector<Ring>& rings, double least) const;
     double usual_ratio(const std::vector<Ring>& rings, double size_ratio) const;
+    int first_of_many(const std::vector<Ring>& rings) const;
     int first_of_crowd(const std::vector<Ring>& rings, double size_ratio) const;
     int first_exchanged(const std::vector<Ring>& rings, const std::vector<Point>& shape) const;
     int first_torn(const std::vector<Point>& shape) const;
