@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <optional>
@@ -22,6 +23,7 @@
 #include "cli/signals.h"
 #include "command_pages.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/interruption.h"
 #include "mscomp/base/nearest_name.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/parsed_number.h"
@@ -124,6 +126,20 @@ int code_of_failure(const CLI::App& app) {
     }
 }
 
+/// Destructors of libraries may take memory (those of nlohmann-json do), and where there is none
+/// the language ends the process. It ends as it would have.
+[[noreturn]] void end_without_memory() noexcept {
+    remove_temporary_files();
+    try {
+        if (std::current_exception()) throw;
+    } catch (const std::bad_alloc&) {
+        write_all(STDERR_FILENO, "error: not enough memory\n");
+        ::_exit(code_of(ExitCode::io));
+    } catch (...) {  // a bug, whose traces stay
+    }
+    std::abort();
+}
+
 }  // namespace
 
 void setup_program(CLI::App& app) {
@@ -142,6 +158,7 @@ int run_program(CLI::App& app, int argc, const char* const* argv) {
 
 int run_main(const Program& program, int argc, char** argv) {
     prepare_process(argv);
+    std::set_terminate(end_without_memory);
     try {
         CLI::App app(program.description, program.name);
         setup_program(app);
