@@ -6,12 +6,12 @@
 namespace mscomp {
 
 /// While it lives no other process writes to the folder of a run or a sweep. The file stays
-/// there and says that the rest is of a run, or a sweep, too; the lock itself ends with the process, however
-/// that ends. File systems without locks have none.
+/// there and says that the rest is of a run, or a sweep, too; the lock itself ends with the
+/// process, however that ends. File systems without locks have none.
 class RunLock {
   public:
-    /// Makes `folder` if it is missing, and in it the file that is locked. Throws IoError at once if
-    /// another process has it.
+    /// Makes `folder` if it is missing, and in it the file that is locked. Throws IoError at once
+    /// if another process has it.
     RunLock(const std::string& folder, std::string file);
     RunLock(const RunLock&) = delete;
     RunLock& operator=(const RunLock&) = delete;

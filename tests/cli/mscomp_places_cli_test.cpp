@@ -26,7 +26,8 @@ using testing::HasSubstr;
 
 constexpr int kAround = 16, kRings = 15;
 constexpr const char* kSmall =
-    "--set 'data.split={train: every, step: 2}' --set 'model.levels=[{components: 4, sparsity_range: 0.4}]' "
+    "--set 'data.split={train: every, step: 2}' --set 'model.levels=[{components: 4, "
+    "sparsity_range: 0.4}]' "
     "--set train.epochs=40";
 
 /// A tube of radius 1 that bends and bulges, frame by frame.

@@ -42,7 +42,9 @@ class RunFolder : public testing::Test {
         const Outcome info = shell(work_, mscomp_ + "info run --json");
         return nlohmann::json::parse(info.out).at("epochs");
     }
-    std::string put(const std::string& name) const { return temporary_.put("work/" + name, "mine"); }
+    std::string put(const std::string& name) const {
+        return temporary_.put("work/" + name, "mine");
+    }
     std::string content(const std::string& name) const {
         return TemporaryFolder::content(work_ + "/" + name);
     }
@@ -117,8 +119,8 @@ TEST_F(RunFolder, UnderNohupGoesOnWhenTheTerminalIsClosed) {
 
 // A file that grows beyond the limit raises a signal that would end the process with its temporary.
 TEST_F(RunFolder, ALimitOfTheFileSizeIsAMessageAndLeavesNothing) {
-    const Outcome outcome = shell(
-        work_, "ulimit -f 8; exec " + mscomp_ + "train config.yaml -o run --quiet");
+    const Outcome outcome =
+        shell(work_, "ulimit -f 8; exec " + mscomp_ + "train config.yaml -o run --quiet");
     EXPECT_EQ(outcome.code, 4) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("run/checkpoint.safetensors: "));
     EXPECT_EQ(train("").code, 0);

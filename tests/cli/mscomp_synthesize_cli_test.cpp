@@ -237,7 +237,8 @@ TEST_F(SynthesisMistakes, AreNamed) {
     expect_refused("synthesize run --weight 0=1", "wanted -o FILE");
     expect_refused("synthesize run", "wanted -o FILE");
     expect_refused("synthesize run --weight 0=1 --sheet a.png", "go together");
-    expect_refused("synthesize run --weight 0=1 -o new.stl", "wanted a name that ends in .obj, .ply, .off");
+    expect_refused("synthesize run --weight 0=1 -o new.stl",
+                   "wanted a name that ends in .obj, .ply, .off");
     expect_refused("synthesize run --sheet a.png --level 5", "has no kept component");
     expect_refused("sample run -n 0 -o s", "not in range");
     expect_refused("sample run -n 1 -o s --seed -1", "wanted a whole number");
