@@ -63,7 +63,7 @@ void fetch_latecomers(const std::string& old_folder, const std::string& folder,
     const std::optional<std::vector<std::string>> others = others_in(old_folder, known);
     if (!others) return;
     for (const std::string& name : *others) {
-        const std::string from = old_folder + "/" + name, to = folder + "/" + name;
+        const std::string from = path_in(old_folder, name), to = path_in(folder, name);
         if (!same_file(from, to)) std::rename(from.c_str(), to.c_str());
     }
 }

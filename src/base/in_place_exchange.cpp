@@ -75,7 +75,7 @@ Moves read_moves(const std::string& staging) {
         const std::string entry = text.c_str() + begin;
         require_own(entry, begin == 0, staging);
         if (begin == 0) {
-            moves.folder = staging + "/" + entry;
+            moves.folder = path_in(staging, entry);
         } else {
             moves.names.push_back(entry);
         }
@@ -122,7 +122,7 @@ bool take_mode_and_owner(const std::string& from, const std::string& to) {
 void keep_modes_and_owners(const std::string& folder, const std::string& staging,
                            const std::vector<std::string>& names) {
     for (const std::string& name : names) {
-        take_mode_and_owner(folder + "/" + name, new_files(staging) + "/" + name);
+        take_mode_and_owner(path_in(folder, name), path_in(new_files(staging), name));
     }
 }
 
@@ -166,7 +166,7 @@ void remove_staging(const std::string& staging) noexcept {
         // The last one: a list that was being written.
         for (const std::string& part : {new_files(staging), old_files(staging), staging}) {
             for (const std::string& name : names_in(part).value_or(std::vector<std::string>())) {
-                ::unlink((part + "/" + name).c_str());
+                ::unlink(path_in(part, name).c_str());
             }
             ::rmdir(part.c_str());
         }

@@ -68,6 +68,10 @@ bool is_temporary_name(std::string_view name) {
            is_number_pair(name.substr(mark + kMark.size()));
 }
 
+std::string path_in(const std::string& folder, const std::string& name) {
+    return fmt::format("{}/{}", folder, name);
+}
+
 std::string folder_of(const std::string& path) {
     const std::string folder = fs::path(path).parent_path().string();
     return folder.empty() ? "." : folder;
@@ -92,7 +96,7 @@ void remove_dead_temporaries(const std::string& folder) {
     const std::optional<std::vector<std::string>> names = names_in(folder);
     if (!names) return;
     for (const std::string& name : *names) {
-        if (is_temporary_name(name)) remove_if_dead(folder + "/" + name);
+        if (is_temporary_name(name)) remove_if_dead(path_in(folder, name));
     }
 }
 

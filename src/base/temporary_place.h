@@ -14,6 +14,8 @@ bool is_temporary_name(std::string_view name);
 
 /// The folder that `path` lies in, "." if it names none.
 std::string folder_of(const std::string& path);
+/// FOLDER/NAME.
+std::string path_in(const std::string& folder, const std::string& name);
 
 /// What is under way is locked by who writes it, until that process ends, however it does.
 enum class Lock { taken, refused, unsupported };

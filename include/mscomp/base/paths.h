@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 // What the file system says about a path, links followed. Where it cannot say (no permission, a
@@ -34,7 +34,10 @@ std::string extension_of(const std::string& path);
 /// A file or folder, whatever it is called: links to it and its other names have the same.
 struct FileIdentity {
     std::uint64_t device = 0, number = 0;
-    auto operator<=>(const FileIdentity&) const = default;
+    bool operator==(const FileIdentity&) const = default;
+    bool operator<(const FileIdentity& other) const {
+        return std::tie(device, number) < std::tie(other.device, other.number);
+    }
 };
 /// Nothing where `path` leads nowhere, or where the system does not say.
 std::optional<FileIdentity> identity_of(const std::string& path) noexcept;
