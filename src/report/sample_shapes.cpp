@@ -48,7 +48,7 @@ std::vector<std::string> sample_shapes(TrainedRun& run, const std::string& folde
         TriangleMesh mesh{positions.positions(positions.rows(codes.back())), run.reference().faces};
         names.push_back(fmt::format("sample_{:0{}}", i, digits));
         const std::string file = fmt::format("{}.{}", names.back(), options.format);
-        files.push_back(folder + "/" + file);
+        files.push_back(fmt::format("{}/{}", folder, file));
         write_mesh(output.path(file), run.context().whole(mesh.vertices));
         if (i < kMostDrawn) drawn.push_back({std::move(mesh), {}, 0});
         if (options.on_progress) options.on_progress(i + 1, options.count);
