@@ -42,13 +42,6 @@ std::string real_path(const std::string& folder) {
     return path.string();
 }
 
-/// The file that a link leads to is the one to be replaced, so that the link stays.
-std::string behind_links(const std::string& path) {
-    std::error_code error;
-    const fs::path file = fs::canonical(path, error);
-    return !error && fs::is_symlink(path, error) ? file.string() : path;
-}
-
 /// What is ready in a staging folder.
 std::vector<std::string> ready_in(const std::string& staging) {
     const std::string folder = new_files(staging);

@@ -29,15 +29,6 @@ void create_folder(const std::string& folder, const std::string& path) {
     }
 }
 
-/// The file that a link leads to is the one to be replaced, so that the link stays.
-std::string behind_links(const std::string& path) {
-    std::error_code error;
-    if (!std::filesystem::is_symlink(path, error)) return path;
-    const std::filesystem::path file = std::filesystem::canonical(path, error);
-    if (error) throw IoError(path, "is a link to nowhere: " + error.message());
-    return file.string();
-}
-
 /// Who could read and write the file that is replaced can read and write the new one, as far as
 /// this user may give it away.
 void keep_mode_and_owner(int descriptor, const std::string& target) {

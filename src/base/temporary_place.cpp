@@ -72,6 +72,16 @@ std::string path_in(const std::string& folder, const std::string& name) {
     return fmt::format("{}/{}", folder, name);
 }
 
+std::string behind_links(const std::string& path) {
+    std::error_code error;
+    const fs::file_status status = fs::symlink_status(path, error);
+    if (status.type() == fs::file_type::none) throw IoError(path, error.message());
+    if (!fs::is_symlink(status)) return path;
+    const fs::path file = fs::canonical(path, error);
+    if (error) throw IoError(path, "is a link to nowhere: " + error.message());
+    return file.string();
+}
+
 std::string folder_of(const std::string& path) {
     const std::string folder = fs::path(path).parent_path().string();
     return folder.empty() ? "." : folder;

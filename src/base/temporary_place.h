@@ -14,6 +14,9 @@ bool is_temporary_name(std::string_view name);
 
 /// The folder that `path` lies in, "." if it names none.
 std::string folder_of(const std::string& path);
+/// What is to be replaced where a file shall be `path`: the file that a link leads to, so that the
+/// link stays. Throws IoError for a link to nowhere and where the system does not say.
+std::string behind_links(const std::string& path);
 /// FOLDER/NAME.
 std::string path_in(const std::string& folder, const std::string& name);
 
