@@ -17,36 +17,36 @@ namespace {
 enum State : int { unused, claimed, filled };
 static_assert(std::atomic<int>::is_always_lock_free);
 
-struct Place {
+struct NotedName {
     std::atomic<int> state{unused};
     std::array<char, 4096> path;
 };
 
-std::array<Place, 16> places;
+std::array<NotedName, 16> noted_names;
 
 }  // namespace
 
 TemporaryName::TemporaryName(const std::string& path) {
-    for (std::size_t k = 0; k < places.size(); ++k) {
-        Place& place = places[k];
+    for (std::size_t k = 0; k < noted_names.size(); ++k) {
+        NotedName& name = noted_names[k];
         int expected = unused;
-        if (path.size() >= place.path.size()) return;
-        if (!place.state.compare_exchange_strong(expected, claimed)) continue;
-        std::memcpy(place.path.data(), path.c_str(), path.size() + 1);
-        place.state = filled;
+        if (path.size() >= name.path.size()) return;
+        if (!name.state.compare_exchange_strong(expected, claimed)) continue;
+        std::memcpy(name.path.data(), path.c_str(), path.size() + 1);
+        name.state = filled;
         place_ = static_cast<int>(k);
         return;
     }
 }
 
 void TemporaryName::forget() {
-    if (place_ >= 0) places[at(place_)].state = unused;
+    if (place_ >= 0) noted_names[at(place_)].state = unused;
     place_ = -1;
 }
 
 void remove_temporary_files() noexcept {
-    for (const Place& place : places) {
-        if (place.state == filled) ::unlink(place.path.data());
+    for (const NotedName& name : noted_names) {
+        if (name.state == filled) ::unlink(name.path.data());
     }
 }
 

@@ -12,6 +12,7 @@
 #include "mscomp/base/nearest_name.h"
 #include "mscomp/base/parsed_number.h"
 #include "mscomp/kinds/kinds.h"
+#include "yaml_documents.h"
 
 namespace mscomp {
 namespace {
@@ -124,12 +125,8 @@ YAML::Node load_document(std::string yaml, const std::string& path, const std::s
     // yaml-cpp 0.7 misses a quote that is never closed if a line break ends the text.
     yaml.erase(yaml.find_last_not_of(" \t\r\n") + 1);
     try {
-        const std::vector<YAML::Node> documents = YAML::LoadAll(yaml);
-        if (documents.size() > 1) {
-            throw ConfigError(position_of(documents[1], path), key,
-                              "a second YAML document; wanted one");
-        }
-        const YAML::Node document = documents.empty() ? YAML::Node{} : documents.front();
+        require_one_document(yaml, path, key);
+        const YAML::Node document = YAML::Load(yaml);
         TreeCheck(path, key).visit(document, 0);
         return document;
     } catch (const YAML::Exception& error) {

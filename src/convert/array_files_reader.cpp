@@ -11,6 +11,7 @@
 #include "array_layout.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/printable.h"
 #include "mscomp/convert/array_files.h"
 #include "mscomp/convert/npy.h"
 #include "npz_arrays.h"
@@ -77,6 +78,8 @@ class NpzReader {
             contents.notes.push_back(
                 fmt::format("left out of {}: {}", path_, fmt::join(arrays_.left(), ", ")));
         }
+        // Names of arrays are whatever the file says.
+        for (std::string& note : contents.notes) note = printable(note);
         return contents;
     }
 

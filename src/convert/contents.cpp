@@ -34,10 +34,20 @@ void supply_reference(Contents& contents, const std::string& path, const Supplem
     contents.notes.push_back(fmt::format("{} are those of {}", missing, supplement.reference_path));
 }
 
-void supply_vertices(Contents& contents, int shape_count) {
+/// Throws InputError where the reference of `path` is no surface.
+LosslessReconstruction lossless_of(const FeatureSet& set, const std::string& path) {
+    try {
+        return {set.reference, parse_edge_weights(set.weights)};
+    } catch (const MeshError& error) {
+        throw InputError(
+            {path}, fmt::format("vertices cannot be made from the features: {}", error.what()));
+    }
+}
+
+void supply_vertices(Contents& contents, const std::string& path, int shape_count) {
     FeatureSet& set = *contents.features;
     if (!set.vertices.empty()) return;
-    const LosslessReconstruction lossless(set.reference, parse_edge_weights(set.weights));
+    const LosslessReconstruction lossless = lossless_of(set, path);
     const auto size = at(set.vertex_count()) * 3;
     set.vertices.resize(at(shape_count) * size);
     parallel_for(shape_count, [&](std::int64_t shape) {
@@ -73,7 +83,7 @@ Contents complete_features(FeatureSet set, int shape_count, int vertex_count,
         features.names = numbered_names(shape_count);
         contents.notes.emplace_back("names are shape_0000, ...");
     }
-    supply_vertices(contents, shape_count);
+    supply_vertices(contents, path, shape_count);
     if (features.rotation.empty() || features.translation.empty()) {
         if (features.rotation.empty()) {
             features.rotation.assign(count, {1, 0, 0, 0, 1, 0, 0, 0, 1});

@@ -4,13 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 #include "mscomp/base/parsed_number.h"
 
 namespace mscomp {
 namespace {
+
+/// Milliseconds, thirty years: nothing takes longer, and sums over all steps stay finite.
+constexpr double kLongestStep = 1e12;
 
 std::string_view field(std::string_view row, int index) {
     if (index < 0) return row.substr(row.rfind(',') + 1);
@@ -35,7 +37,7 @@ MetricsRow metrics_row(std::string_view text, const MetricsRow& before, const Fi
     row.step = number_in<std::int64_t>(text, 1, where);
     row.step_ms = number_in<double>(text, -1, where);
     const bool is_sound = row.epoch > before.epoch && row.step >= before.step &&
-                          std::isfinite(row.step_ms) && row.step_ms >= 0;
+                          row.step_ms >= 0 && row.step_ms <= kLongestStep;
     if (!is_sound) {
         throw InputError(where,
                          "wanted epochs and steps that ascend, and a time, as training "

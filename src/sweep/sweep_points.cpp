@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::size_t kLongestValue = 40;
 constexpr std::size_t kLongestName = 120;
-constexpr std::size_t kMostPoints = 10'000;
+constexpr std::size_t kMostPoints = 2'000;
+constexpr std::size_t kMostSettings = 20'000;
 
 bool is_plain(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
@@ -106,22 +107,30 @@ std::vector<Setting> read_settings(const YAML::Node& node, const std::string& pa
     return settings;
 }
 
-/// Throws ConfigError where `a` times `b` points are more than anybody trains.
-void require_few(std::size_t a, std::size_t b, const FilePosition& where) {
-    if (a * b <= kMostPoints) return;  // neither is beyond the limit of values in a document
-    throw ConfigError(where, "points",
-                      fmt::format("{} points, wanted at most {}", a * b, kMostPoints));
+/// Throws ConfigError where `points` of `keys` each are more than anybody trains. (Their product is
+/// no overflow: no document has more than 100,000 values.)
+void require_few(std::size_t points, std::size_t keys, const FilePosition& where) {
+    if (points > kMostPoints) {
+        throw ConfigError(where, "points",
+                          fmt::format("{} points, wanted at most {}", points, kMostPoints));
+    }
+    if (points * keys > kMostSettings) {
+        throw ConfigError(where, "points",
+                          fmt::format("{} points of {} keys each, wanted at most {} values in all",
+                                      points, keys, kMostSettings));
+    }
 }
 
 /// Cartesian product, the last key fastest.
 std::vector<SweepPoint> grid_points(const YAML::Node& node, const std::string& path) {
     std::vector<SweepPoint> points(1);
-    for (const Setting& axis : read_settings(node, path, "points.grid")) {
+    const std::vector<Setting> axes = read_settings(node, path, "points.grid");
+    for (const Setting& axis : axes) {
         if (!axis.value.IsSequence() || axis.value.size() == 0) {
             throw ConfigError(position_of(axis.value, path), "points.grid." + axis.key,
                               fmt::format("got {}, wanted a list of values", found(axis.value)));
         }
-        require_few(points.size(), axis.value.size(), axis.where);
+        require_few(points.size() * axis.value.size(), axes.size(), axis.where);
         std::vector<SweepPoint> longer;
         for (const SweepPoint& point : points) {
             for (const YAML::Node& value : axis.value) {
@@ -226,6 +235,12 @@ std::vector<Setting> known_entries(const YAML::Node& node, const std::string& pa
     return entries;
 }
 
+std::size_t most_keys(const std::vector<SweepPoint>& points) {
+    std::size_t most = 0;
+    for (const SweepPoint& point : points) most = std::max(most, point.settings.size());
+    return most;
+}
+
 std::vector<SweepPoint> read_points(const YAML::Node& node, const std::string& path) {
     std::vector<SweepPoint> listed, grid;
     for (const Setting& entry : known_entries(node, path, "points", {"grid", "list"})) {
@@ -236,7 +251,8 @@ std::vector<SweepPoint> read_points(const YAML::Node& node, const std::string& p
     if (listed.empty() || grid.empty()) {
         points = listed.empty() ? grid : listed;
     } else {
-        require_few(listed.size(), grid.size(), position_of(node, path));
+        require_few(listed.size() * grid.size(), most_keys(listed) + most_keys(grid),
+                    position_of(node, path));
         for (const SweepPoint& each : listed) {
             for (const SweepPoint& on_grid : grid) points.push_back(joined(each, on_grid));
         }

@@ -193,6 +193,11 @@ TEST_F(BadSurroundings, DamagedFilesOfASweepAreNoBug) {
     const Outcome outcome = run({"mscomp", "sweep", "sweep.yaml", "-o", "s"});
     EXPECT_EQ(outcome.code, 3);
     EXPECT_THAT(outcome.err, HasSubstr("metrics.csv:2: got 'x', wanted a number"));
+    folder_.put("s/components=1/metrics.csv",
+                "epoch,step,total,step_ms\n1,9000000000000,1,1e305\n");
+    const Outcome endless = run({"mscomp", "sweep", "sweep.yaml", "-o", "s"});
+    EXPECT_EQ(endless.code, 3);
+    EXPECT_THAT(endless.err, HasSubstr("metrics.csv:2: wanted epochs and steps that ascend"));
 }
 
 TEST_F(BadSurroundings, ADamagedRecordOfATrainingIsNamedWithItsLine) {

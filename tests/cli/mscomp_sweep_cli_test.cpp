@@ -197,6 +197,19 @@ TEST_F(Sweep, TakesEveryEntryOfAListOnTheGrid) {
     EXPECT_EQ(count(file("out/plot.svg"), "class=\"bar\""), 4u);
 }
 
+// Every point holds its value of every key: 2,000 of 100,000 keys would fill any memory.
+TEST_F(Sweep, RefusesPointsThatWouldFillTheMemory) {
+    std::string keys;
+    for (int i = 0; i < 1000; ++i) keys += ", k" + std::to_string(i) + ": [1]";
+    std::string values = "1";
+    for (int i = 0; i < 1000; ++i) values += ", 1";
+    write_file(path("wide.yaml"),
+               kBase + "points: {grid: {train.seed: [" + values + "]" + keys + "}}\n");
+    const Outcome outcome = mscomp("sweep wide.yaml -o out --quiet");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("1001 points of 1001 keys each, wanted at most 20000"));
+}
+
 TEST_F(Sweep, GoesOnPastAPointThatFails) {
     write_file(path("far.yaml"), kBase +
                                      "points: {grid: {train.learning_rate: [1.0e+38, 0.001]}}\n"

@@ -176,6 +176,10 @@ TEST(ConfigFile, BrokenYamlNamesLineAndColumn) {
     EXPECT_THAT(refusal_of("train: *nobody\n").message, HasSubstr("not valid YAML"));
     EXPECT_THAT(refusal_of(std::string(100000, '[')).message, HasSubstr("not valid YAML"));
     EXPECT_THAT(refusal_of(kData + "---\ntrain: {seed: 1}\n").message, HasSubstr("second"));
+    // The parser never gets past a comma outside of brackets.
+    EXPECT_THAT(refusal_of(", c").message, testing::StartsWith("c.yaml:1:1: YAML: not valid"));
+    EXPECT_THAT(refusal_of("{data: {features: f}}, c").message, HasSubstr("second"));
+    EXPECT_THAT(refusal_of(kData + "---\n, c").message, HasSubstr("second"));
 }
 
 TEST(ConfigFile, OverridesSetWhatTheyName) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "mscomp/convert/contents.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
+#include "base/thrown_message.h"
 #include "convert_cases.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
@@ -37,6 +39,15 @@ TEST(CompleteFeatures, LeavesAWholeSetAlone) {
     expect_same(*contents.features, full_set());
     EXPECT_TRUE(contents.notes.empty());
     EXPECT_FALSE(contents.took_reference);
+}
+
+// Vertices are made on the reference, which has to be a surface.
+TEST(CompleteFeatures, NamesTheFileWhoseReferenceHasNoArea) {
+    FeatureSet set = full_set();
+    set.vertices.clear();
+    for (Point& point : set.reference.vertices) point = {1, 2, 3};
+    EXPECT_THAT(thrown_message<InputError>([&] { complete_features(set, 2, 4, "x.npz", {}); }),
+                testing::StartsWith("x.npz: vertices cannot be made"));
 }
 
 /// Largest distance along an axis once both stand on their centroids.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Where libFuzzer enters. One program for all targets: called fuzz_obj it runs the target obj.
+#include <sanitizer/allocator_interface.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -16,6 +19,26 @@ namespace {
 const mscomp::fuzz::Target* target = nullptr;
 mscomp::fuzz::Mutate mutate = nullptr;
 
+// What an input makes us hold at once. libFuzzer's own limits are those of one allocation and of
+// the whole process; where that is reached it may never come to write the input.
+constexpr std::int64_t kMostBytesHeld = std::int64_t{256} << 20;
+std::atomic<std::int64_t> bytes_held = 0;
+std::atomic<std::int64_t> bytes_held_before = 0;
+
+void note_allocation(const volatile void* /*memory*/, std::size_t size) {
+    const auto bytes = static_cast<std::int64_t>(size);
+    const std::int64_t held = bytes_held.fetch_add(bytes, std::memory_order_relaxed) + bytes;
+    if (held - bytes_held_before < kMostBytesHeld) return;
+    bytes_held_before = held;  // aborting allocates
+    std::fputs("an input holds more than 256 MB at once\n", stderr);
+    std::abort();
+}
+
+void note_release(const volatile void* memory) {
+    const auto size = __sanitizer_get_allocated_size(const_cast<const void*>(memory));
+    bytes_held.fetch_sub(static_cast<std::int64_t>(size), std::memory_order_relaxed);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerInitialize(int* /*count*/, char*** arguments) {
@@ -29,10 +52,12 @@ extern "C" int LLVMFuzzerInitialize(int* /*count*/, char*** arguments) {
         std::exit(2);
     }
     mutate = mscomp::fuzz::mutate_of(name);
+    __sanitizer_install_malloc_and_free_hooks(note_allocation, note_release);
     return 0;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    bytes_held_before = bytes_held.load();
     mscomp::fuzz::run_target(*target, data, size);
     return 0;
 }

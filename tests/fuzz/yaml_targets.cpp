@@ -5,6 +5,7 @@
 #include "base/temporary_folder.h"
 #include "fuzz/promises.h"
 #include "fuzz/targets.h"
+#include "mscomp/base/printable.h"
 #include "mscomp/config/config_file.h"
 #include "sweep/sweep_file.h"
 #include "sweep/sweep_table.h"
@@ -24,11 +25,8 @@ void check_round_trip(const Config& config) {
 
 /// "key=value" as behind --set; the shell and we show it in messages as it was typed.
 void check_override(std::string_view text) {
-    const auto is_shown = [](char c) {
-        return static_cast<unsigned char>(c) >= 0x20 && static_cast<unsigned char>(c) != 0x7f;
-    };
-    if (!std::ranges::all_of(text, is_shown)) return;
     const std::string set(text);
+    if (printable(set) != set) return;
     const auto config = unless_refused<ConfigError>(
         "--set " + set, [&] { return parse_config("data: {features: f}", "input", {set}); });
     if (config) check_round_trip(*config);
@@ -82,6 +80,8 @@ void check_sweep(std::span<const std::byte> input) {
         check_points(*sweep, folder.path());
     } catch (const IoError& error) {
         check_shown(error.what());  // the configuration that it names
+    } catch (const InputError& error) {
+        check_refusal(error, folder.path());  // a file of another kind
     }
 }
 

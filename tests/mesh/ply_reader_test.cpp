@@ -103,6 +103,17 @@ TEST(PlyReader, AcceptsHarmlessVariants) {
                         .replace(plain.find("face 2") + 5, 1, "1"));
 }
 
+// Some programs break lines at a width, not at elements. What is no stream of the promised numbers
+// either is reported as lines.
+TEST(PlyReader, ReadsRowsThatBreakAnywhere) {
+    expect_the_mesh(kHeader + replaced(kData, "\n", " "));
+    expect_the_mesh(kHeader + replaced(kData, " ", "\n"));
+    expect_the_mesh(kHeader +
+                    replaced(replaced(kData, "1 0.5", "1\r\n0.5"), "3 0 2 3\n", "3 0\n2 3"));
+    EXPECT_THAT(ply_message(kHeader + replaced(kData, "0 1 0\n3 ", "0 1 0 3 ") + "7\n"),
+                StartsWith("a.ply:14:7: "));
+}
+
 // After a header with Windows line ends the first data byte may well be a line feed.
 TEST(PlyReader, FindsTheStartOfBinaryDataForEveryLineEnd) {
     const std::string sound =

@@ -247,13 +247,27 @@ PolygonMesh read_rows(std::string_view bytes, const PlyHeader& header, const std
     return PlyReader<Rows>(header, path, Rows(bytes, header, path)).read();
 }
 
+/// Line by line, or as one stream of numbers if that fails and the stream makes exactly what the
+/// header promises; the error is that of the lines.
+PolygonMesh read_text(std::string_view bytes, const PlyHeader& header, const std::string& path) {
+    try {
+        return read_rows<PlyTextRows<false>>(bytes, header, path);
+    } catch (const InputError&) {
+        try {
+            return read_rows<PlyTextRows<true>>(bytes, header, path);
+        } catch (const InputError&) {
+        }
+        throw;
+    }
+}
+
 }  // namespace
 
 PolygonMesh parse_ply_polygons(std::string_view bytes, const std::string& path) {
     const PlyHeader header = parse_ply_header(bytes, path);
     switch (header.format) {
         case PlyFormat::ascii:
-            return read_rows<PlyTextRows>(bytes, header, path);
+            return read_text(bytes, header, path);
         case PlyFormat::little_endian:
             return read_rows<PlyByteRows<std::endian::native == std::endian::big>>(bytes, header,
                                                                                    path);

@@ -19,7 +19,9 @@
 
 namespace mscomp {
 
-/// Rows of an ascii PLY: one line each, as the format asks for. Blank lines are skipped.
+/// Rows of an ascii PLY: one line each, as the format asks for, or, with `kLinesBreak`, a stream of
+/// numbers whose lines break anywhere, as some programs write it. Blank lines are skipped.
+template <bool kLinesBreak>
 class PlyTextRows {
   public:
     PlyTextRows(std::string_view bytes, const PlyHeader& header, const std::string& path)
@@ -40,7 +42,7 @@ class PlyTextRows {
     }
 
     double value(PlyType type, std::string_view what) {
-        cursor_.skip_blanks();
+        skip_to_value();
         if (cursor_.at_line_end()) cursor_.fail(fmt::format("the line ends before {}", what));
         const double number = cursor_.take_number(what);
         if (is_integer(type) && std::floor(number) != number) {
@@ -51,6 +53,7 @@ class PlyTextRows {
     }
 
     void end_row() {
+        if (kLinesBreak) return;
         cursor_.skip_blanks();
         if (!cursor_.at_line_end()) {
             cursor_.fail(fmt::format("got {} after the last property, expected the end of the line",
@@ -75,6 +78,13 @@ class PlyTextRows {
     /// There may be nothing but padding behind the header.
     static std::size_t begin_of(std::string_view bytes, const PlyHeader& header) {
         return std::min(header.data_begin, without_padding(bytes).size());
+    }
+    void skip_to_value() {
+        if (kLinesBreak) {
+            skip_blank_lines();
+        } else {
+            cursor_.skip_blanks();
+        }
     }
     void skip_blank_lines() {
         for (cursor_.skip_blanks(); !cursor_.at_end() && cursor_.at_line_end();
