@@ -52,7 +52,8 @@ std::string safe_text(const std::string& text, std::size_t longest) {
 std::string short_key(const std::string& key) {
     std::string result;
     for (const char c : key.substr(key.find('.') + 1)) {
-        if (is_plain(c) || c == '_') result += c;
+        const bool is_hiding = c == '.' && result.empty();
+        if ((is_plain(c) || c == '_') && !is_hiding) result += c;
     }
     return result;
 }

@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <random>
 #include <set>
 
 #include "base/temporary_folder.h"
@@ -30,6 +32,12 @@ long tries_per_kind() {
     return text == nullptr ? 1 : std::atol(text);
 }
 
+/// How often each command is killed at a moment that nothing but chance knows.
+int kills_per_command() {
+    const char* text = std::getenv("MSCOMP_FAULT_KILLS");
+    return text == nullptr ? 3 : std::atoi(text);
+}
+
 struct Fault {
     const char *call, *kind;
 };
@@ -41,11 +49,13 @@ constexpr Fault kFaults[] = {
     {"truncate", "ENOSPC"}, {"truncate", "EIO"},  {"map", "ENOMEM"},    {"close", "EIO"},
     {"stat", "EIO"},        {"lock", "EIO"},      {"memory", "ENOMEM"}, {"open", "kill"},
     {"write", "kill"},      {"sync", "kill"},     {"rename", "kill"},   {"link", "kill"},
-    {"unlink", "kill"},     {"mkdir", "kill"}};
+    {"unlink", "kill"},     {"mkdir", "kill"},    {"print", "full"},    {"print", "gone"},
+    {"print", "EIO"}};
 
-/// What came of all tries with one command.
+/// What came of all tries with one command; `at_any_moment` of the kills were no call's, and of
+/// these `too_early` came before it had written anything.
 struct Count {
-    int tries = 0, refused = 0, harmless = 0, killed = 0;
+    int tries = 0, refused = 0, harmless = 0, killed = 0, at_any_moment = 0, too_early = 0;
 };
 
 std::map<std::string, Count>& table() {
@@ -69,7 +79,7 @@ class Bench {
     /// The folder as it is before the command.
     void reset(const WritingCommand& command) {
         fs::remove_all(work());
-        fs::copy(folder_ / ("before-" + command.name), work(), fs::copy_options::recursive);
+        fs::copy(before(command), work(), fs::copy_options::recursive);
     }
     void prepare(const WritingCommand& command) {
         fs::remove_all(work());
@@ -82,11 +92,15 @@ class Bench {
         if (!command.before.empty() && fs::is_directory(work() + "/out")) {
             folder_.put("work/out/notes.txt", "mine");
         }
-        fs::copy(work(), folder_ / ("before-" + command.name), fs::copy_options::recursive);
+        fs::remove_all(before(command));
+        fs::copy(work(), before(command), fs::copy_options::recursive);
     }
 
   private:
     std::string inputs() const { return folder_ / "inputs"; }
+    std::string before(const WritingCommand& command) const {
+        return folder_ / ("before-" + command.name);
+    }
 
     TemporaryFolder folder_;
 };
@@ -118,6 +132,10 @@ class Faults : public testing::TestWithParam<WritingCommand> {
         if (outcome.code == 0)
             return is_new ? "" : "succeeded with other files: " + difference(now);
         if (outcome.code != 4) return fmt::format("exit code {}", outcome.code);
+        // Lost output is no success, but the work is done.
+        if (std::string(fault.call) == "print") {
+            return is_new ? "" : "left other files: " + difference(now);
+        }
         const bool has_file = std::string(fault.call) != "memory";
         if (has_file && !names_a_file(outcome.err)) return "names no file";
         return is_old || is_new || GetParam().goes_on ? "" : "is mixed: " + difference(now);
@@ -146,6 +164,22 @@ class Faults : public testing::TestWithParam<WritingCommand> {
                                 : 1 + k * (calls - 1) / (tries - 1);
             try_one(fault, at);
         }
+    }
+
+    /// `delay` is a part of how long the command takes by itself.
+    void kill_after(std::chrono::microseconds delay) {
+        bench().reset(GetParam());
+        const Outcome outcome = run_and_kill(bench().work(), GetParam().arguments, delay);
+        const Files now = files_below(bench().work());
+        Count& count = table()[GetParam().name];
+        ++count.at_any_moment;
+        count.too_early += now == before_ ? 1 : 0;
+        std::string wrong;
+        if (now != before_ && now != after_ && !GetParam().goes_on) {
+            wrong = "is mixed: " + difference(now);
+        }
+        if (wrong.empty()) wrong = judge_next();
+        EXPECT_EQ(wrong, "") << GetParam().name << " killed after " << delay.count() << " us";
     }
 
   private:
@@ -218,13 +252,44 @@ TEST_P(Faults, LeaveTheOldOrTheNewAndNothingElse) {
 INSTANTIATE_TEST_SUITE_P(Every, Faults, testing::ValuesIn(writing_commands()),
                          [](const auto& command) { return command.param.name; });
 
+class Kills : public Faults {};
+
+// Half of the moments lie in the first third, where little is there to go on from.
+TEST_P(Kills, AtAnyMomentAreMendedByTheNextStart) {
+    using namespace std::chrono;
+    bench().reset(GetParam());
+    const auto begin = steady_clock::now();
+    ASSERT_EQ(run(bench().work(), GetParam().arguments).code, 0);
+    const auto whole = duration_cast<microseconds>(steady_clock::now() - begin);
+    std::mt19937 random(1);
+    for (int k = 0; k < kills_per_command(); ++k) {
+        const double end = k % 2 == 0 ? 1.0 / 3 : 1.0;
+        const double part = std::uniform_real_distribution(0.0, end)(random);
+        kill_after(duration_cast<microseconds>(part * whole));
+    }
+}
+
+std::vector<WritingCommand> long_commands() {
+    std::vector<WritingCommand> all = writing_commands();
+    std::erase_if(all, [](const WritingCommand& command) {
+        const std::string& verb = command.arguments[1];
+        return verb != "train" && verb != "sweep" && verb != "extract" &&
+               verb != "export-components";
+    });
+    return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Every, Kills, testing::ValuesIn(long_commands()),
+                         [](const auto& command) { return command.param.name; });
+
 /// Prints what was tried, as docs/testing.md has it.
 class Table : public testing::Environment {
   public:
     void TearDown() override {
         for (const auto& [name, count] : table()) {
-            std::cout << fmt::format("| {} | {} | {} | {} | {} |\n", name, count.tries,
-                                     count.refused, count.harmless, count.killed);
+            std::cout << fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", name, count.tries,
+                                     count.refused, count.harmless, count.killed,
+                                     count.at_any_moment, count.too_early);
         }
     }
 };

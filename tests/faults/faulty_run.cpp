@@ -6,10 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <regex>
 #include <sstream>
+#include <thread>
 
 #include "base/temporary_folder.h"
 
@@ -61,23 +63,43 @@ bool is_in_temporary(const fs::path& path) {
                        [](const fs::path& part) { return is_temporary(part.string()); });
 }
 
-}  // namespace
+/// Where what it says and what the shim reports is kept.
+std::string beside(const std::string& folder) { return folder + "-said"; }
 
-Outcome run_with_fault(const std::string& folder, const std::vector<std::string>& arguments,
-                       const std::string& fault, std::string& report) {
-    const std::string beside = folder + "-said";
-    fs::remove(beside + ".report");
+pid_t start(const std::string& folder, const std::vector<std::string>& arguments,
+            const std::string& fault) {
+    fs::remove(beside(folder) + ".report");
     const pid_t child = ::fork();
-    if (child == 0) become(folder, arguments, fault, beside);
+    if (child == 0) become(folder, arguments, fault, beside(folder));
+    return child;
+}
+
+Outcome end_of(pid_t child, const std::string& folder) {
     int status = 0;
     ::waitpid(child, &status, 0);
     Outcome outcome;
     if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
     if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);
-    outcome.out = TemporaryFolder::content(beside + ".out");
-    outcome.err = TemporaryFolder::content(beside + ".err");
-    report = TemporaryFolder::content(beside + ".report");
+    outcome.out = TemporaryFolder::content(beside(folder) + ".out");
+    outcome.err = TemporaryFolder::content(beside(folder) + ".err");
     return outcome;
+}
+
+}  // namespace
+
+Outcome run_with_fault(const std::string& folder, const std::vector<std::string>& arguments,
+                       const std::string& fault, std::string& report) {
+    const Outcome outcome = end_of(start(folder, arguments, fault), folder);
+    report = TemporaryFolder::content(beside(folder) + ".report");
+    return outcome;
+}
+
+Outcome run_and_kill(const std::string& folder, const std::vector<std::string>& arguments,
+                     std::chrono::microseconds delay) {
+    const pid_t child = start(folder, arguments, "");
+    std::this_thread::sleep_for(delay);
+    ::kill(child, SIGKILL);
+    return end_of(child, folder);
 }
 
 Outcome run(const std::string& folder, const std::vector<std::string>& arguments) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <string>
 #include <vector>
@@ -20,6 +21,10 @@ struct Outcome {
 Outcome run_with_fault(const std::string& folder, const std::vector<std::string>& arguments,
                        const std::string& fault, std::string& report);
 Outcome run(const std::string& folder, const std::vector<std::string>& arguments);
+
+/// Ends it with SIGKILL after `delay`, unless it has come to its end.
+Outcome run_and_kill(const std::string& folder, const std::vector<std::string>& arguments,
+                     std::chrono::microseconds delay);
 
 /// How many calls of each class the command makes.
 std::map<std::string, long> calls_of(const std::string& folder,

@@ -2,12 +2,12 @@
 // Preloaded into a program it makes one call of the system fail, for files below one folder:
 //   MSCOMP_FAULT=CALL:KIND:N    the N-th call of that class; KIND is an errno by name, short or
 //   lost
-//                               (of a write), full (ENOSPC from there on), or kill (SIGKILL before)
-//                               Allocations count from where the program watches signals
+//                               (of a write), full or gone (ENOSPC or EPIPE from there on), or kill
+//                               (SIGKILL before). Allocations count from where the program watches
+//                               signals; writes to standard output and error are the class print
 //   MSCOMP_FAULT_SCOPE=FOLDER   absolute; relative paths count as below it
 //   MSCOMP_FAULT_REPORT=FILE    gets "CALL PATH" when it happens, and without MSCOMP_FAULT the
-//   number
-//                               of calls of each class when the program ends
+//                               number of calls of each class when the program ends
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -51,11 +51,12 @@ enum Call {
     stat_,
     lock_,
     memory_,
+    print_,
     call_count
 };
 constexpr std::array<const char*, call_count> kNames{
-    "open",   "mkdir",    "read", "write", "sync", "rename", "link",
-    "unlink", "truncate", "map",  "close", "stat", "lock",   "memory"};
+    "open",     "mkdir", "read",  "write", "sync", "rename", "link", "unlink",
+    "truncate", "map",   "close", "stat",  "lock", "memory", "print"};
 
 enum class Kind { none, error, shortened, lost, full, kill };
 
@@ -90,14 +91,16 @@ void set_kind(const char* kind) {
         Kind kind;
         int error_number;
     };
-    constexpr std::array<Named, 8> kKinds{{{"ENOSPC", Kind::error, ENOSPC},
-                                           {"EIO", Kind::error, EIO},
-                                           {"EDQUOT", Kind::error, EDQUOT},
-                                           {"ENOMEM", Kind::error, ENOMEM},
-                                           {"short", Kind::shortened, 0},
-                                           {"lost", Kind::lost, 0},
-                                           {"full", Kind::full, ENOSPC},
-                                           {"kill", Kind::kill, 0}}};
+    constexpr std::array<Named, 10> kKinds{{{"ENOSPC", Kind::error, ENOSPC},
+                                            {"EIO", Kind::error, EIO},
+                                            {"EDQUOT", Kind::error, EDQUOT},
+                                            {"ENOMEM", Kind::error, ENOMEM},
+                                            {"short", Kind::shortened, 0},
+                                            {"lost", Kind::lost, 0},
+                                            {"EPIPE", Kind::error, EPIPE},
+                                            {"full", Kind::full, ENOSPC},
+                                            {"gone", Kind::full, EPIPE},
+                                            {"kill", Kind::kill, 0}}};
     for (const Named& each : kKinds) {
         if (std::strcmp(kind, each.name) != 0) continue;
         plan.kind = each.kind;
@@ -184,8 +187,9 @@ Function* next(Function*, const char* name) {
 
 /// How much of `size` bytes is written, -1 for failed, and -2 for "say that all of it is".
 ssize_t allowed(int descriptor, std::size_t size) {
-    if (!is_tracked(descriptor)) return static_cast<ssize_t>(size);
-    switch (meet(write_, "a descriptor")) {
+    const bool is_print = descriptor == STDOUT_FILENO || descriptor == STDERR_FILENO;
+    if (!is_print && !is_tracked(descriptor)) return static_cast<ssize_t>(size);
+    switch (meet(is_print ? print_ : write_, "a descriptor")) {
         case Kind::error:
         case Kind::full:
             return -1;

@@ -33,6 +33,19 @@ void check_round_trip(const Contents& contents, const std::string& path) {
     }
 }
 
+/// A refusal names the file, or the reference that was to supply what it lacks.
+std::optional<Contents> contents_unless_refused(const std::string& path,
+                                                const Supplement& supplement) {
+    try {
+        return read_npz(path, supplement);
+    } catch (const InputError& error) {
+        const bool is_of_reference =
+            std::string_view(error.what()).starts_with(supplement.reference_path);
+        check_refusal(error, is_of_reference ? supplement.reference_path : path);
+        return std::nullopt;
+    }
+}
+
 }  // namespace
 
 void check_npz(std::span<const std::byte> input) {
@@ -40,23 +53,19 @@ void check_npz(std::span<const std::byte> input) {
     static const TemporaryFolder folder;
     static const Supplement supplement = tetrahedron();
     const std::string path = memory.filled_with(input);
-    try {
-        const auto contents = unless_refused(path, [&] { return read_npz(path, supplement); });
-        if (!contents) return;
-        require(contents->features.has_value() != (contents->shapes != nullptr),
-                "a file holds features or shapes");
-        for (const std::string& note : contents->notes) check_shown(note);
-        if (contents->features) check_sound(*contents->features);
-        if (contents->shapes && !unless_refused(path, [&] {
-                check_sound(*contents->shapes);
-                return true;
-            })) {
-            return;  // a number that is not finite is found when its shape is read
-        }
-        check_round_trip(*contents, folder / "again.npz");
-    } catch (const InputError& error) {
-        check_refusal(error, supplement.reference_path);  // that has another number of vertices
+    const auto contents = contents_unless_refused(path, supplement);
+    if (!contents) return;
+    require(contents->features.has_value() != (contents->shapes != nullptr),
+            "a file holds features or shapes");
+    for (const std::string& note : contents->notes) check_shown(note);
+    if (contents->features) check_sound(*contents->features);
+    if (contents->shapes && !unless_refused(path, [&] {
+            check_sound(*contents->shapes);
+            return true;
+        })) {
+        return;  // a number that is not finite is found when its shape is read
     }
+    check_round_trip(*contents, folder / "again.npz");
 }
 
 }  // namespace mscomp::fuzz

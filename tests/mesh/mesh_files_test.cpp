@@ -114,7 +114,7 @@ TEST_P(MeshFile, IsWhatTheTableSays) {
     } else {
         ASSERT_EQ(outcome, "fails");
         const std::string message = thrown_message<InputError>([&] {
-            if (name.ends_with('/')) {
+            if (path.ends_with('/')) {
                 read_sequence(expand_inputs({path.substr(0, path.size() - 1)}));
             } else {
                 read_mesh(path);
