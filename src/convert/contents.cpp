@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
@@ -57,6 +60,14 @@ void supply_vertices(Contents& contents, const std::string& path, int shape_coun
             for (const double x : point) *out++ = static_cast<float>(x);
         }
     });
+    const auto bad = std::find_if_not(set.vertices.begin(), set.vertices.end(),
+                                      [](float x) { return std::isfinite(x); });
+    if (bad != set.vertices.end()) {
+        const auto shape = static_cast<std::size_t>(bad - set.vertices.begin()) / size;
+        throw InputError({path}, fmt::format("vertices cannot be made from the features: those of "
+                                             "shape {} are beyond float32",
+                                             shape));
+    }
     contents.notes.emplace_back("vertices are made from the features");
 }
 

@@ -10,6 +10,7 @@
 #include "convert_cases.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/base/index.h"
 #include "mscomp/convert/authors_text.h"
 
 namespace mscomp {
@@ -48,6 +49,22 @@ TEST(CompleteFeatures, NamesTheFileWhoseReferenceHasNoArea) {
     for (Point& point : set.reference.vertices) point = {1, 2, 3};
     EXPECT_THAT(thrown_message<InputError>([&] { complete_features(set, 2, 4, "x.npz", {}); }),
                 testing::StartsWith("x.npz: vertices cannot be made"));
+}
+
+// Sound features can describe a shape that float32 cannot hold.
+TEST(CompleteFeatures, NamesTheShapeWhoseVerticesAreBeyondFloat32) {
+    FeatureSet set = full_set();
+    set.vertices.clear();
+    std::fill(set.features.begin(), set.features.end(), 0.0F);
+    for (int v = 0; v < 4; ++v) {
+        for (const int k : {3, 6, 8}) set.features[at(36 + 9 * v + k)] = 3e38F;
+    }
+    for (Point& point : set.reference.vertices) {
+        for (double& x : point) x *= 1e10;
+    }
+    EXPECT_THAT(thrown_message<InputError>([&] { complete_features(set, 2, 4, "x.npz", {}); }),
+                testing::HasSubstr("x.npz: vertices cannot be made from the features: those of "
+                                   "shape 1 are beyond float32"));
 }
 
 /// Largest distance along an axis once both stand on their centroids.
