@@ -50,7 +50,7 @@ longest() { case $1 in model) echo 16384 ;; npz) echo 8192 ;; *) echo 4096 ;; es
 
 fuzz() {  # TARGET
     mkdir -p "$build/corpus/$1" "tests/fuzz/corpus/$1"
-    nice "$build/bin/fuzz_$1" "$limit" -max_len="$(longest "$1")" -timeout=20 \
+    nice "$build/bin/fuzz_$1" "$limit" -max_len="$(longest "$1")" -timeout=60 \
         -malloc_limit_mb=64 -rss_limit_mb=1024 -print_final_stats=1 \
         -dict="tests/fuzz/dictionaries/$1.dict" -artifact_prefix="$findings/$1-" \
         "$build/corpus/$1" "tests/fuzz/corpus/$1" >"$findings/$1.log" 2>&1

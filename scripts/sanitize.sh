@@ -19,8 +19,7 @@ if [[ $kind == address ]]; then
     targets=(base_test mesh_test acap_test check_test config_test convert_test cli_test
              fuzz_replay_test acapfeat_cli_test acapfeat_check_cli_test acapfeat_convert_cli_test
              acapfeat_generate_cli_test acapfeat_reconstruct_cli_test mscomp_cli_test
-             mscomp_evaluate_cli_test mscomp_positions_cli_test mscomp_sweep_cli_test
-             mscomp_synthesize_cli_test)
+             mscomp_positions_cli_test mscomp_synthesize_cli_test)
 else
     preset=tsan
     targets=(base_test linear_test nn_test kinds_test run_test acap_test)

@@ -117,8 +117,19 @@ class NpzReader {
         }
         Contents contents = complete_features(std::move(set), static_cast<int>(count_),
                                               static_cast<int>(vertex_count_), path_, supplement_);
+        if (const auto place = load_if_any("place", {vertex_count_})) {
+            contents.features->places = checked_places(*place, contents.features->reference.faces);
+        }
         if (rounded) contents.notes.emplace_back("features and vertices are rounded to float32");
         return contents;
+    }
+
+    static VertexPlaces checked_places(const OwnedArray& place, const std::vector<Face>& faces) {
+        try {
+            return VertexPlaces::from_stored(place.array.integers(), faces);
+        } catch (const MeshError& error) {
+            throw InputError({place.array.path}, error.what());
+        }
     }
 
     void read_motions(FeatureSet& set) {

@@ -106,13 +106,16 @@ void write_npz(const std::string& path, const ShapeSource& shapes, const ShapesD
     writer.commit();
 }
 
-void write_npz(const std::string& path, const FeatureSet& set) {
+void write_npz(const std::string& path, const FeatureSet& set, const VertexPlaces& places) {
     const std::int64_t count = set.shape_count(), vertices = set.vertex_count();
     NpzWriter writer(path);
     writer.add("features", {count, vertices, kFeatureDim}, std::span<const float>(set.features));
     writer.add("vertices", {count, vertices, 3}, std::span<const float>(set.vertices));
     writer.add("reference", {vertices, 3}, flat(set.reference.vertices));
     writer.add("faces", faces_shape(set.reference.faces), flat(set.reference.faces));
+    if (!places.are_all_vertices()) {
+        writer.add("place", {vertices}, std::span<const int>(places.place_of_vertex()));
+    }
     writer.add("rotation", {count, 3, 3}, flat(set.rotation));
     writer.add("translation", {count, 3}, flat(set.translation));
     for (const PerShapeArray& array : kPerShapeArrays) writer.add_per_shape(array, set);

@@ -221,6 +221,17 @@ TEST(ArrayFiles, FeaturesAloneAreCompletedFromTheReference) {
                 HasSubstr("no reference and faces"));
 }
 
+TEST(ArrayFiles, VerticesThatShareAPlaceStillDoInANpz) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.npz";
+    const FeatureSet set = full_set();
+    const std::vector<int> place{0, 1, 2, 0};
+    write_npz(path, set, VertexPlaces::from_stored(place, set.reference.faces));
+    EXPECT_EQ(read_npz(path, {}).features->places.place_of_vertex(), place);
+    write_npz(path, set);
+    EXPECT_TRUE(read_npz(path, {}).features->places.are_all_vertices());
+}
+
 TEST(ArrayFiles, RefusesArraysThatDoNotFitTogether) {
     EXPECT_THAT(refusal({{"verts", doubles({2, 3, 3})}, {"tris", faces({0, 1, 3})}}),
                 AllOf(HasSubstr("x.npz[tris]"), HasSubstr("face 0 refers to vertex 3")));

@@ -22,7 +22,7 @@ Contents read_npy(const std::string& path, const Supplement& supplement);
 /// one shape in memory at a time. Throws IoError, or NumericalError if a position is not finite.
 void write_npz(const std::string& path, const ShapeSource& shapes, const ShapesDone& done = {});
 /// All of a feature set, under the names and with the types of the feature file.
-void write_npz(const std::string& path, const FeatureSet& set);
+void write_npz(const std::string& path, const FeatureSet& set, const VertexPlaces& places = {});
 
 /// Writes a .npy of vertices [N,V,3] f64, or of features [N,V,9] f32. Throws as above.
 void write_npy(const std::string& path, const ShapeSource& shapes, const ShapesDone& done = {});

@@ -9,6 +9,7 @@
 
 #include "mscomp/acap/edge_weights.h"
 #include "mscomp/acap/mesh/shape_source.h"
+#include "mscomp/acap/placed_features.h"
 #include "mscomp/base/feature_set.h"
 
 namespace mscomp {
@@ -16,7 +17,7 @@ namespace mscomp {
 /// What a file that can be converted holds: shapes, or features with what belongs to them.
 struct Contents {
     std::unique_ptr<ShapeSource> shapes;  // exactly one of these two
-    std::optional<FeatureSet> features;
+    std::optional<PlacedFeatures> features;
     std::vector<std::string> notes;  // what the file lacks and where it was taken from, what it has
                                      // beyond
     bool took_reference = false;     // something of Supplement::reference was needed

@@ -177,13 +177,13 @@ void write_text_pair(const std::string& path, const FeatureSet& set) {
     files.commit();
 }
 
-void write_features_as(const FeatureSet& set, const ConvertCommand& options, const Output& output,
-                       Losses& losses) {
+void write_features_as(const PlacedFeatures& set, const ConvertCommand& options,
+                       const Output& output, Losses& losses) {
     switch (output.format) {
         case FileFormat::safetensors:
-            return write_features(options.output, set);
+            return write_features(options.output, set, set.places);
         case FileFormat::npz:
-            return write_npz(options.output, set);
+            return write_npz(options.output, set, set.places);
         case FileFormat::npy:
             losses.add_all_but_features(set);
             return write_npy(options.output, set);

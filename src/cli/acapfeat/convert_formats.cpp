@@ -95,16 +95,18 @@ void Losses::add(const std::string& what) {
     if (std::find(all_.begin(), all_.end(), what) == all_.end()) all_.push_back(what);
 }
 
-void Losses::add_all_but_features(const FeatureSet& set) {
+void Losses::add_all_but_features(const PlacedFeatures& set) {
     for (const char* what : {"vertices", "reference", "faces", "motions", "names", "weights"}) {
         add(what);
     }
+    if (!set.places.are_all_vertices()) add("places");
     if (!set.consistency_energy.empty()) add("consistency");
     if (!set.warnings.empty()) add("warnings");
 }
 
-void Losses::add_all_but_vertices(const FeatureSet& set) {
+void Losses::add_all_but_vertices(const PlacedFeatures& set) {
     for (const char* what : {"features", "reference", "motions", "weights"}) add(what);
+    if (!set.places.are_all_vertices()) add("places");
     if (!set.consistency_energy.empty()) add("consistency");
     if (!set.warnings.empty()) add("warnings");
 }

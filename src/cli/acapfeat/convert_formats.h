@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/base/feature_set.h"
+#include "mscomp/acap/placed_features.h"
 
 namespace mscomp {
 
@@ -30,8 +30,8 @@ std::vector<std::string> extensions_of(const Output& output);
 class Losses {
   public:
     void add(const std::string& what);
-    void add_all_but_features(const FeatureSet& set);
-    void add_all_but_vertices(const FeatureSet& set);
+    void add_all_but_features(const PlacedFeatures& set);
+    void add_all_but_vertices(const PlacedFeatures& set);
     /// Adds a loss if these positions change when they are written as `mesh_format`.
     void watch_positions(const std::vector<Point>& positions, const std::string& mesh_format);
     const std::vector<std::string>& all() const { return all_; }
