@@ -4,7 +4,7 @@
 #   scripts/fuzz.sh [SECONDS [TARGET...]]             600 seconds and all targets unless named
 #   scripts/fuzz.sh --executions COUNT [TARGET...]    so many inputs each, however long it takes
 # Starts from tests/fuzz/corpus. What is new goes to build/asan/corpus, what fails and the logs to
-# build/asan/findings; the exit code is 1 if anything failed.
+# build/asan/findings; the exit code is 1 if anything failed. MSCOMP_FUZZ_SEED makes two runs alike.
 #   scripts/fuzz.sh --merge [TARGET...]       adds the new inputs that reach new code to tests/fuzz
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -52,6 +52,7 @@ fuzz() {  # TARGET
     mkdir -p "$build/corpus/$1" "tests/fuzz/corpus/$1"
     nice "$build/bin/fuzz_$1" "$limit" -max_len="$(longest "$1")" -timeout=60 \
         -malloc_limit_mb=64 -rss_limit_mb=1024 -print_final_stats=1 \
+        -seed="${MSCOMP_FUZZ_SEED:-0}" \
         -dict="tests/fuzz/dictionaries/$1.dict" -artifact_prefix="$findings/$1-" \
         "$build/corpus/$1" "tests/fuzz/corpus/$1" >"$findings/$1.log" 2>&1
 }

@@ -171,6 +171,10 @@ struct ModelFile::Content {
         nine("minmax_offset", context.minmax.offset);
         nine("minmax_factor", context.minmax.factor);
         const auto numbers = file.data<double>("largest_distance_and_total", {2});
+        if (numbers[0] < 0) {
+            throw CheckpointError(
+                path, fmt::format("got a largest distance of {}, wanted one >= 0", numbers[0]));
+        }
         context.largest_distance = numbers[0];
         state.total = numbers[1];
         if (file.contains("plateau")) read_window(file.data<double>("plateau", {-1}));

@@ -19,6 +19,12 @@ struct WritingCommand {
     /// Output that grows step by step: what lies there in between is neither old nor new, but the
     /// same command ends where it would have ended.
     bool goes_on = false;
+    /// Several files of the user's names: no system renames two at once, so that one killed between
+    /// leaves both kinds, and a list by which the next start mends it.
+    bool is_pair = false;
+    /// HDF5's own library ends the process where it cannot allocate as it starts (libhdf5 1.10,
+    /// H5P__init_package): nothing of ours runs then.
+    bool needs_memory = false;
 };
 
 inline std::ostream& operator<<(std::ostream& stream, const WritingCommand& command) {

@@ -29,7 +29,7 @@ class Numbers {
     }
     /// Mostly small, now and then beyond everything.
     hsize_t length() {
-        constexpr std::array<hsize_t, 4> kLarge{1U << 20, 1U << 31, hsize_t{1} << 40,
+        constexpr std::array<hsize_t, 4> kLarge{1U << 13, 1U << 31, hsize_t{1} << 40,
                                                 hsize_t{1} << 62};
         const unsigned value = next();
         return value < 252 ? value % 12 : kLarge[value - 252];

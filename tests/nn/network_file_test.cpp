@@ -223,6 +223,8 @@ TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
     model->set_centers(0, {0, 1, -1});
     EXPECT_THROW(load(), CheckpointError) << "a component without centre";
     model->set_centers(0, {0, 1, 2});
+    context.largest_distance = -1;
+    EXPECT_THROW(load(), CheckpointError) << "a distance below zero";
 }
 
 /// A copy of `file` at `path` in which the last number of `name` is `value`; an array `without` is

@@ -21,12 +21,12 @@ bool is_hidden(const fs::directory_entry& entry) {
 }
 
 /// Pipes, sockets and devices in a folder are nobody's meshes. A link to nowhere is: a shape that
-/// is missing must be noticed.
-bool is_file_or_broken_link(const fs::directory_entry& entry) {
+/// is missing must be noticed; so is what cannot be looked at, and whoever reads it says why not.
+bool may_be_file(const fs::directory_entry& entry) {
     std::error_code error;
     const fs::file_type type = entry.status(error).type();
-    return type != fs::file_type::directory &&
-           (type == fs::file_type::regular || !fs::exists(entry.path(), error));
+    return type == fs::file_type::regular || type == fs::file_type::not_found ||
+           type == fs::file_type::none;
 }
 
 std::vector<std::string> meshes_in_folder(const std::string& folder) {
@@ -36,7 +36,7 @@ std::vector<std::string> meshes_in_folder(const std::string& folder) {
          entry.increment(error)) {
         const std::string path = entry->path().string();
         if (is_hidden(*entry) || !mesh_format(path)) continue;
-        if (is_file_or_broken_link(*entry)) files.push_back(path);
+        if (may_be_file(*entry)) files.push_back(path);
     }
     if (error) throw IoError(folder, "cannot read the folder: " + error.message());
     if (files.empty()) {
@@ -60,13 +60,16 @@ bool is_glob(const std::string& input) { return input.find_first_of("*?[") != st
 
 void append_input(const std::string& input, bool may_be_glob, std::vector<std::string>& files) {
     std::error_code error;
-    if (fs::is_directory(input, error)) {
+    const fs::file_status status = fs::status(input, error);
+    if (fs::is_directory(status)) {
         const std::vector<std::string> found = meshes_in_folder(input);
         files.insert(files.end(), found.begin(), found.end());
-    } else if (fs::exists(input, error)) {
+    } else if (fs::exists(status)) {
         files.push_back(input);
     } else if (may_be_glob && is_glob(input)) {
         for (const std::string& match : matches_of(input)) append_input(match, false, files);
+    } else if (status.type() == fs::file_type::none) {
+        throw IoError(input, error.message());
     } else {
         throw UsageError(fmt::format("there is no file or folder '{}'", input));
     }
