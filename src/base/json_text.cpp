@@ -5,54 +5,28 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <nlohmann/json.hpp>
-#include <set>
-#include <vector>
 
+#include "json_check.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
 namespace {
 
-using Json = nlohmann::json;
-
-constexpr std::size_t kMostLevels = 64;
-
-/// Sees the text before a tree is made of it: what walks a tree calls itself for every level.
-class JsonCheck final : public nlohmann::json_sax<Json> {
+class TextCheck final : public JsonCheck {
   public:
-    JsonCheck(std::string_view text, const std::string& path) : text_(text), path_(path) {}
+    TextCheck(std::string_view text, const std::string& path)
+        : JsonCheck(64), text_(text), path_(path) {}
 
-    bool null() override { return true; }
-    bool boolean(bool) override { return true; }
-    bool number_integer(std::int64_t) override { return true; }
-    bool number_unsigned(std::uint64_t) override { return true; }
-    bool number_float(double, const std::string&) override { return true; }
-    bool string(std::string&) override { return true; }
-    bool binary(Json::binary_t&) override { return true; }
-    bool start_object(std::size_t) override { return open(); }
-    bool start_array(std::size_t) override { return open(); }
-    bool end_object() override { return close(); }
-    bool end_array() override { return close(); }
-    bool key(std::string& name) override {
-        if (keys_.back().insert(name).second) return true;
-        throw InputError({path_}, fmt::format("names '{}' twice in one object", name));
-    }
     bool parse_error(std::size_t byte, const std::string&, const Json::exception&) override {
         throw InputError(position(byte), "is not valid JSON, or holds a number beyond 1.8e308");
     }
 
   private:
-    bool open() {
-        if (keys_.size() == kMostLevels) {
-            throw InputError({path_}, fmt::format("is nested deeper than {} levels", kMostLevels));
-        }
-        keys_.emplace_back();
-        return true;
+    void fail_repeated(const std::string& name) const override {
+        throw InputError({path_}, fmt::format("names '{}' twice in one object", name));
     }
-    bool close() {
-        keys_.pop_back();
-        return true;
+    void fail_deep(std::size_t most_levels) const override {
+        throw InputError({path_}, fmt::format("is nested deeper than {} levels", most_levels));
     }
     /// Of a byte that counts from 1.
     FilePosition position(std::size_t byte) const {
@@ -64,19 +38,18 @@ class JsonCheck final : public nlohmann::json_sax<Json> {
 
     std::string_view text_;
     const std::string& path_;
-    std::vector<std::set<std::string>> keys_;  // of every object that is open; arrays have none
 };
 
 }  // namespace
 
 void require_sound_json(std::string_view text, const std::string& path) {
     // The parser takes a zero byte for the end of its input.
-    JsonCheck check(text, path);
+    TextCheck check(text, path);
     if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
         throw InputError({path},
                          fmt::format("has a zero byte at byte {}, is not valid JSON", zero));
     }
-    Json::sax_parse(text, &check);
+    nlohmann::json::sax_parse(text, &check);
 }
 
 }  // namespace mscomp

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -16,6 +15,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "json_check.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/file_kind.h"
 
@@ -54,48 +54,26 @@ std::uint64_t read_length(std::span<const std::byte> bytes, const std::string& p
     return length;
 }
 
-/// Reads the JSON before a tree is made of it, where the library would keep the last of equal keys
-/// without a word, and would call itself for every level of nesting. Throws InputError.
-class HeaderCheck final : public nlohmann::json_sax<Json> {
+/// Throws InputError.
+class HeaderCheck final : public JsonCheck {
   public:
-    explicit HeaderCheck(const std::string& path) : path_(path) {}
+    explicit HeaderCheck(const std::string& path) : JsonCheck(kMostLevels), path_(path) {}
 
-    bool null() override { return true; }
-    bool boolean(bool) override { return true; }
-    bool number_integer(std::int64_t) override { return true; }
-    bool number_unsigned(std::uint64_t) override { return true; }
-    bool number_float(double, const std::string&) override { return true; }
-    bool string(std::string&) override { return true; }
-    bool binary(Json::binary_t&) override { return true; }
-    bool start_object(std::size_t) override { return open(); }
-    bool start_array(std::size_t) override { return open(); }
-    bool end_object() override { return close(); }
-    bool end_array() override { return close(); }
-    bool key(std::string& name) override {
-        if (keys_.back().insert(name).second) return true;
-        throw InputError({path_}, fmt::format("the header names '{}' twice", name));
-    }
     bool parse_error(std::size_t byte, const std::string&, const Json::exception&) override {
         throw InputError({path_}, fmt::format("the header is not JSON, at its byte {}", byte));
     }
 
   private:
-    bool open() {
-        if (keys_.size() == kMostLevels) {
-            throw InputError({path_}, fmt::format("the header is nested deeper than {} levels, "
-                                                  "wanted 3",
-                                                  kMostLevels));
-        }
-        keys_.emplace_back();
-        return true;
+    void fail_repeated(const std::string& name) const override {
+        throw InputError({path_}, fmt::format("the header names '{}' twice", name));
     }
-    bool close() {
-        keys_.pop_back();
-        return true;
+    void fail_deep(std::size_t most_levels) const override {
+        throw InputError({path_}, fmt::format("the header is nested deeper than {} levels, "
+                                              "wanted 3",
+                                              most_levels));
     }
 
     const std::string& path_;
-    std::vector<std::set<std::string>> keys_;  // of every object that is open; arrays have none
 };
 
 Json parse_object(std::string_view text, const std::string& path) {
