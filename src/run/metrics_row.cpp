@@ -36,8 +36,8 @@ MetricsRow metrics_row(std::string_view text, const MetricsRow& before, const Fi
     row.epoch = number_in<std::int64_t>(text, 0, where);
     row.step = number_in<std::int64_t>(text, 1, where);
     row.step_ms = number_in<double>(text, -1, where);
-    const bool is_sound = row.epoch > before.epoch && row.step >= before.step &&
-                          row.step_ms >= 0 && row.step_ms <= kLongestStep;
+    const bool is_sound = row.epoch > before.epoch && row.step >= before.step && row.step_ms >= 0 &&
+                          row.step_ms <= kLongestStep;
     if (!is_sound) {
         throw InputError(where,
                          "wanted epochs and steps that ascend, and a time, as training "
