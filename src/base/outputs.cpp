@@ -5,6 +5,8 @@
 #include <system_error>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/output_folder.h"
+#include "temporary_place.h"
 
 namespace fs = std::filesystem;
 
@@ -14,7 +16,10 @@ void require_free_file(const std::string& path, bool force) {
     std::error_code error;
     const fs::file_status status = fs::symlink_status(path, error);
     if (fs::is_directory(status)) throw UsageError(path + " is a folder; wanted a file name");
-    if (fs::exists(status) && !force) {
+    if (!fs::exists(status) || force) return;
+    // It may be one of several files whose writer was killed before the others were there.
+    recover_folder(folder_of(path));
+    if (fs::exists(fs::symlink_status(path, error))) {
         throw UsageError(path + " exists; --force replaces it");
     }
 }

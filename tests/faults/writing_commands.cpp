@@ -95,7 +95,8 @@ std::vector<WritingCommand> writing_commands() {
                "--sheet", "out.png", "--strongest", "2", "--tile", "64"}});
     for (WritingCommand& command : all) {
         if (command.name.starts_with("Train")) command.goes_on = true;
-        if (command.name.starts_with("ConvertText")) command.is_pair = true;
+        command.is_pair =
+            command.name.starts_with("ConvertText") || command.name.starts_with("Synthesize");
         if (command.name.starts_with("Converth5")) command.needs_memory = true;
     }
     return all;
