@@ -251,6 +251,9 @@ struct ModelFile::Content {
     }
 
     void check_faces(const std::string& path) const {
+        if (context.reference.vertices.empty() || context.reference.faces.empty()) {
+            throw CheckpointError(path, "the reference has no vertices or no faces");
+        }
         for (const Face& face : context.reference.faces) {
             for (const int v : face) {
                 if (v < 0 || v >= context.reference.vertex_count()) {

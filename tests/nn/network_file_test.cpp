@@ -225,6 +225,10 @@ TEST_F(ModelFileTest, RefusesContentThatCannotBe) {
     model->set_centers(0, {0, 1, 2});
     context.largest_distance = -1;
     EXPECT_THROW(load(), CheckpointError) << "a distance below zero";
+    context.largest_distance = 1;
+    EXPECT_NO_THROW(load());
+    context.reference.faces.clear();
+    EXPECT_THROW(load(), CheckpointError) << "no faces";
 }
 
 /// A copy of `file` at `path` in which the last number of `name` is `value`; an array `without` is
