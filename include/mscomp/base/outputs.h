@@ -5,8 +5,8 @@
 
 namespace mscomp {
 
-/// Throws UsageError naming --force if `path` exists and `force` is off, or if it is a folder. What a
-/// killed process left half done beside it is undone first.
+/// Throws UsageError naming --force if `path` exists and `force` is off, or if it is a folder. What
+/// a killed process left half done beside it is undone first.
 void require_free_file(const std::string& path, bool force);
 
 /// Throws UsageError naming --force if the folder `path` has something in it and `force` is off,
