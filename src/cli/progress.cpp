@@ -10,6 +10,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cli/say.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/printable.h"
 
@@ -33,10 +34,7 @@ std::size_t terminal_columns(std::FILE* stream) {
 }
 
 /// Nobody may be listening: that is no reason to stop.
-void write_to(std::FILE* stream, const std::string& text) {
-    std::fwrite(text.data(), 1, text.size(), stream);
-    std::fflush(stream);
-}
+void write_to(std::FILE* stream, const std::string& text) { write_all(fileno(stream), text); }
 
 }  // namespace
 

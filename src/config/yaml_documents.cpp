@@ -14,7 +14,7 @@ namespace {
 
 /// Where the documents of a text begin. yaml-cpp 0.7 makes no way past a comma outside of brackets
 /// and finds documents there for ever, so no more than two are looked for.
-class DocumentStarts : public YAML::EventHandler {
+class DocumentStarts final : public YAML::EventHandler {
   public:
     explicit DocumentStarts(const std::string& yaml) {
         std::istringstream text(yaml);

@@ -83,7 +83,7 @@ Contents complete_features(FeatureSet set, int shape_count, int vertex_count,
                            const std::string& path, const Supplement& supplement) {
     const auto count = at(shape_count);
     Contents contents;
-    static_cast<FeatureSet&>(contents.features.emplace()) = std::move(set);
+    contents.features = PlacedFeatures{std::move(set), {}};
     FeatureSet& features = *contents.features;
     supply_reference(contents, path, supplement, vertex_count);
     if (features.weights.empty()) {

@@ -16,6 +16,7 @@
 #include "base/thrown_message.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
+#include "mscomp/base/outputs.h"
 
 namespace fs = std::filesystem;
 
@@ -246,6 +247,18 @@ TEST_F(OutputFilesTest, HalfMovedByAKilledProcessAreUndoneByTheNext) {
     place_.put(".mscomp1-0/files", std::string("..\0a\0b\0", 7));
     recover_folder(place_.path());
     EXPECT_THAT(contents(place_.path()), ElementsAre("a old"));
+}
+
+// Where there was no earlier file, the one that was moved must not ask for --force.
+TEST_F(OutputFilesTest, HalfMovedByAKilledProcessDoNotStandInTheWay) {
+    place_.put("a", "new");
+    place_.put("c", "mine");
+    place_.put(".mscomp1-0/new/b", "new");
+    fs::create_directory(place_ / ".mscomp1-0/old");
+    place_.put(".mscomp1-0/files", std::string("..\0a\0b\0", 7));
+    EXPECT_NO_THROW(require_free_file(place_ / "a", false));
+    EXPECT_THAT(contents(place_.path()), ElementsAre("c mine"));
+    EXPECT_THROW(require_free_file(place_ / "c", false), UsageError);
 }
 
 // The same of a folder that stayed itself, its files made ready beside it.

@@ -25,6 +25,7 @@ class ProgressTest : public testing::Test {
         return result;
     }
     std::string written() {
+        std::fseek(stream_, 0, SEEK_END);
         std::string text(static_cast<std::size_t>(std::ftell(stream_)), '\0');
         std::rewind(stream_);
         text.resize(std::fread(text.data(), 1, text.size(), stream_));

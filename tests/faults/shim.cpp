@@ -91,16 +91,15 @@ void set_kind(const char* kind) {
         Kind kind;
         int error_number;
     };
-    constexpr std::array<Named, 10> kKinds{{{"ENOSPC", Kind::error, ENOSPC},
-                                            {"EIO", Kind::error, EIO},
-                                            {"EDQUOT", Kind::error, EDQUOT},
-                                            {"ENOMEM", Kind::error, ENOMEM},
-                                            {"short", Kind::shortened, 0},
-                                            {"lost", Kind::lost, 0},
-                                            {"EPIPE", Kind::error, EPIPE},
-                                            {"full", Kind::full, ENOSPC},
-                                            {"gone", Kind::full, EPIPE},
-                                            {"kill", Kind::kill, 0}}};
+    constexpr std::array<Named, 9> kKinds{{{"ENOSPC", Kind::error, ENOSPC},
+                                           {"EIO", Kind::error, EIO},
+                                           {"EDQUOT", Kind::error, EDQUOT},
+                                           {"ENOMEM", Kind::error, ENOMEM},
+                                           {"short", Kind::shortened, 0},
+                                           {"lost", Kind::lost, 0},
+                                           {"full", Kind::full, ENOSPC},
+                                           {"gone", Kind::full, EPIPE},
+                                           {"kill", Kind::kill, 0}}};
     for (const Named& each : kKinds) {
         if (std::strcmp(kind, each.name) != 0) continue;
         plan.kind = each.kind;
