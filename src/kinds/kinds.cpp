@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "mscomp/base/error.h"
+#include "mscomp/multiscale/multiscale.h"
 #include "mscomp/nn/kinds.h"
 
 namespace mscomp {
@@ -18,6 +19,7 @@ const std::vector<Kind>& all_kinds() {
         nn::stacked_attention(),
         nn::autoencoder(),
         nn::spectral_vae(),
+        multiscale(),
         pca(),
     };
     return kinds;

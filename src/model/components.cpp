@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -75,20 +76,10 @@ void filter_all(std::vector<Component>& components, const FilterConfig& filter) 
     }
 }
 
-/// Id of the component that autoencoder `a` of `level` refines; empty at level 0.
-std::string parent_id(const ShapeModel& model, const std::vector<LevelSize>& levels, int level,
-                      int a) {
-    if (level == 0 || !model.refines_components()) return {};
-    const int components = levels[at(level - 1)].components;
-    const std::string above = parent_id(model, levels, level - 1, a / components);
-    return above.empty() ? fmt::format("{}", a % components)
-                         : fmt::format("{}.{}", above, a % components);
-}
-
-/// Without attention a level refines the whole, so its ids start with what level it is.
-std::string component_id(const Component& component, bool refines) {
+/// What has no parent on a finer level starts with what level it is.
+std::string component_id(const Component& component) {
     if (component.level == 0) return fmt::format("{}", component.index);
-    if (!refines) return fmt::format("L{}.{}", component.level, component.index);
+    if (component.parent.empty()) return fmt::format("L{}.{}", component.level, component.index);
     return fmt::format("{}.{}", component.parent, component.index);
 }
 
@@ -124,17 +115,18 @@ void decode_ends(Component& component, const ShapeModel& model,
 /// Ids and numbers of all components, in the order of their codes.
 std::vector<Component> numbered_components(const ShapeModel& model) {
     const std::vector<LevelSize> levels = model.levels();
+    const std::vector<int> parents = model.parents();
     std::vector<Component> components;
+    std::map<std::pair<int, int>, int> siblings;  // by level and parent
     for (int l = 0; l < static_cast<int>(levels.size()); ++l) {
-        const LevelSize level = levels[at(l)];
-        for (int row = 0; row < level.codes(); ++row) {
+        for (int row = 0; row < levels[at(l)].codes(); ++row) {
             Component c;
             c.level = l;
             c.code = static_cast<int>(components.size());
-            c.autoencoder = row / level.components;
-            c.index = row % level.components;
-            c.parent = parent_id(model, levels, l, c.autoencoder);
-            c.id = component_id(c, model.refines_components());
+            const int parent = parents[at(c.code)];
+            if (parent >= 0) c.parent = components[at(parent)].id;
+            c.index = siblings[{l, parent}]++;
+            c.id = component_id(c);
             components.push_back(std::move(c));
         }
     }

@@ -7,7 +7,7 @@
 
 #include "mscomp/base/channel_scale.h"
 #include "mscomp/base/shape_features.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "nn/vertex_order.h"
 
 namespace mscomp::nn {

@@ -6,7 +6,7 @@
 
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/nn/config.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "nn/sparsity_rows.h"
 #include "nn/tape.h"
 

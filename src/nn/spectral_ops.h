@@ -9,7 +9,7 @@
 #include "mscomp/base/index.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/nn/spectral_config.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "nn/ops.h"
 #include "nn/tape.h"
 

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "deflation.h"
+#include "learning/deflation.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
 #include "nn/dim.h"
+#include "nn/start_shapes.h"
 #include "nn/spectral_vae.h"
 
 namespace mscomp::nn {
@@ -64,7 +65,8 @@ void start_deflation(SpectralVae<T>& model, const ScaledFeatures& features,
         const auto count = static_cast<std::int64_t>(pass.size());
         model.load_batch(start.features, pass);
         const std::span<const T> rows = model.input_rows();
-        residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first), count, channels);
+        residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first), count, squashed,
+                      channels);
     }
     residual.drop_silent_vertices();
     const auto free_places = [&](int center, std::span<const int> places_of) {

@@ -6,12 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "deflation.h"
+#include "learning/deflation.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
 #include "nn/dim.h"
+#include "nn/start_shapes.h"
 
 namespace mscomp::nn {
 namespace {
@@ -38,7 +39,7 @@ DeflationResidual residual_of(StackedModel<T>& model, int level, std::int64_t a,
         }
         model.input_rows(level, static_cast<int>(a), rows);
         residual.fill(rows.data(), lanes, static_cast<std::int64_t>(first),
-                      static_cast<std::int64_t>(start.pass(first).size()));
+                      static_cast<std::int64_t>(start.pass(first).size()), squashed);
     }
     residual.drop_silent_vertices();
     return residual;

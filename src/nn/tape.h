@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "mscomp/base/index.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "nn/parameter_set.h"
 
 namespace mscomp::nn {

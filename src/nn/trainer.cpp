@@ -48,7 +48,7 @@ Trainer::Trainer(Model<float>& model, const TrainConfig& config, const ScaledFea
       mixed_(epoch_size(config, static_cast<int>(shapes.size()), model.vertex_count()) >
                      static_cast<int>(shapes.size())
                  ? std::make_unique<MixedFeatures>(features.shapes, shapes, model.inner_distances(),
-                                                   model.order(), config.seed)
+                                                   model.order().to_user, config.seed)
                  : nullptr),
       features_{mixed_ ? *mixed_ : features.shapes, features.scale},
       shapes_(shapes.begin(), shapes.end()),

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "plain_kernels.h"
 
 namespace mscomp::nn {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "nn/deflation_residual.h"
+#include "learning/deflation_residual.h"
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ TEST(DeflationResidual, FindsSingularVectors) {
         }
         DeflationResidual residual(kManyVertices, static_cast<std::int64_t>(shapes));
         residual.fill(rows.data(), static_cast<std::int64_t>(shapes), 0,
-                      static_cast<std::int64_t>(shapes));
+                      static_cast<std::int64_t>(shapes), [](double x) { return std::tanh(x); });
         residual.drop_silent_vertices();
         ASSERT_EQ(residual.vertices().size(), std::size_t{kManyVertices});
         std::vector<int> places(kManyVertices);

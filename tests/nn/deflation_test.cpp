@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "nn/deflation.h"
+#include "learning/deflation.h"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ struct Ground {
     }
     DeflationResidual residual() const {
         DeflationResidual result(mesh.vertex_count(), kRowShapes);
-        result.fill(rows.data(), kRowShapes, 0, kRowShapes);
+        result.fill(rows.data(), kRowShapes, 0, kRowShapes, [](double x) { return std::tanh(x); });
         result.drop_silent_vertices();
         return result;
     }

@@ -10,7 +10,7 @@
 
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/random.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "nn/ops.h"
 #include "shapes.h"
 

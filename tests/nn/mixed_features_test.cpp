@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "nn/mixed_features.h"
+#include "learning/mixed_features.h"
 
 #include <gtest/gtest.h>
 
@@ -111,7 +111,7 @@ TEST(MixedFeatures, KeepRowsUntilTheyAreForgotten) {
     Mixing mixing;
     const CountedShapes counted(mixing.memory);
     const std::vector<int> shapes{0, 1, 2};
-    const MixedFeatures mixed(counted, shapes, mixing.distances, mixing.order, 5);
+    const MixedFeatures mixed(counted, shapes, mixing.distances, mixing.order.to_user, 5);
     const float* row = mixed.shape(6).data();
     const int reads = counted.reads;
     EXPECT_GT(reads, 0);
@@ -177,7 +177,7 @@ TEST(MixedFeatures, FollowARenumberingOfTheUser) {
     }
     const MemoryFeatures memory(features, plain.vertices());
     const std::vector<int> shapes{0, 1, 2, 3, 4, 5};
-    const MixedFeatures renumbered(memory, shapes, other.distances, order, 5);
+    const MixedFeatures renumbered(memory, shapes, other.distances, order.to_user, 5);
     for (const int m : {0, 8}) {
         const std::vector<float> wanted = plain.row(m);
         const std::span<const float> got = renumbered.shape(6 + m);

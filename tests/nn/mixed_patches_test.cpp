@@ -7,7 +7,7 @@
 #include <set>
 
 #include "mixing.h"
-#include "nn/deflation.h"
+#include "learning/deflation.h"
 
 namespace mscomp::nn {
 namespace {
@@ -155,7 +155,7 @@ TEST(MixedPatches, OfThreeVerticesFollowOneShapeEach) {
     const std::vector<float> features = Mixing::random_features(2, 3);
     const MemoryFeatures memory(features, 3);
     const std::vector<int> shapes{0, 1};
-    const MixedFeatures mixed(memory, shapes, distances, as_it_is(3), 1);
+    const MixedFeatures mixed(memory, shapes, distances, as_it_is(3).to_user, 1);
     for (int m = 0; m < 10; ++m) {
         ASSERT_EQ(mixed.mix(m).shapes.size(), 3U);
         const std::span<const float> row = mixed.shape(2 + m);
@@ -201,7 +201,7 @@ TEST(MixedPatches, StayWithinAConnectedComponent) {
     const std::vector<float> features = Mixing::random_features(3, 2 * half);
     const MemoryFeatures memory(features, 2 * half);
     const std::vector<int> shapes{0, 1, 2};
-    const MixedFeatures mixed(memory, shapes, distances, as_it_is(2 * half), 9);
+    const MixedFeatures mixed(memory, shapes, distances, as_it_is(2 * half).to_user, 9);
     int parted = 0;
     for (int m = 0; m < 60; ++m) {
         const MixedFeatures::Mix mix = mixed.mix(m);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mscomp/base/random.h"
-#include "nn/mixed_features.h"
+#include "learning/mixed_features.h"
 #include "small_training.h"
 
 namespace mscomp::nn {
@@ -35,7 +35,7 @@ struct Mixing {
           features(random_features(6, mesh.vertex_count())),
           memory(features, mesh.vertex_count()),
           order(as_it_is(mesh.vertex_count())),
-          mixed(memory, shapes, distances, order, seed) {}
+          mixed(memory, shapes, distances, order.to_user, seed) {}
 
     static std::vector<float> random_features(int shape_count, int vertices) {
         const CounterRandom random(31, 0);

@@ -9,7 +9,7 @@
 
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/random.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "shapes.h"
 
 namespace mscomp::nn {

@@ -16,8 +16,7 @@ struct Component {
     int level = 0;
     std::string parent;                 // id of the component one level coarser, empty at level 0
     int code = 0;                       // its entry among all codes
-    int autoencoder = 0;                // within the level
-    int index = 0;                      // within the autoencoder
+    int index = 0;                      // among those of its level with the same parent
     int center = 0;                     // vertex its support lies around
     int longest = 0;                    // vertex where the component weights are longest
     double code_min = 0, code_max = 0;  // over the training shapes

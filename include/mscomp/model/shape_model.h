@@ -73,6 +73,9 @@ class ShapeModel {
     /// Whether every component of a level has an autoencoder of its own on the next one.
     virtual bool refines_components() const { return true; }
     int code_count() const;
+    /// For each code that of the component one level coarser which it refines, -1 where there is
+    /// none.
+    virtual std::vector<int> parents() const;
 
     /// Codes of shapes `which`; the same bits however they are put together. One call at a time.
     virtual CodeTable encode(const ShapeSet& shapes, std::span<const int> which) = 0;

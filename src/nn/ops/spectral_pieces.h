@@ -10,7 +10,7 @@
 #include "../kernels/spectral_kernels.h"
 #include "batch.h"
 #include "mscomp/base/index.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 #include "nn/tape.h"
 
 namespace mscomp::nn {

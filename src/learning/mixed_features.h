@@ -9,9 +9,8 @@
 
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/shape_features.h"
-#include "nn/vertex_order.h"
 
-namespace mscomp::nn {
+namespace mscomp {
 
 /// Features, and behind them any number of shapes mixed from some of them: the surface falls into 4
 /// to 40 patches around spread vertices, every patch follows one shape drawn at random, and between
@@ -20,10 +19,10 @@ namespace mscomp::nn {
 /// cannot learn it. Mixed shape m is number shape_count() + m, a function of the seed and m.
 class MixedFeatures final : public ShapeFeatures {
   public:
-    /// Borrows `features` and, here only, `distances`, whose vertices are numbered by `order`;
-    /// mixes `shapes` of them, at least one.
+    /// Borrows `features` and, here only, `distances`, whose vertex i is
+    /// vertex to_user[i] of the features; mixes `shapes` of them, at least one.
     MixedFeatures(const ShapeFeatures& features, std::span<const int> shapes,
-                  DistanceRows& distances, const VertexOrder& order, std::uint64_t seed);
+                  DistanceRows& distances, std::span<const int> to_user, std::uint64_t seed);
 
     int shape_count() const override { return features_.shape_count(); }
     int vertex_count() const override { return features_.vertex_count(); }
@@ -51,4 +50,4 @@ class MixedFeatures final : public ShapeFeatures {
     mutable std::map<int, std::vector<float>> rows_;
 };
 
-}  // namespace mscomp::nn
+}  // namespace mscomp

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
-#include "nn/aligned.h"
+#include "base/aligned.h"
 
-namespace mscomp::nn {
+namespace mscomp {
+
+inline constexpr std::int64_t kRowDim = kFeatureDim;  // numbers per vertex, for sizes
 
 /// A direction of unit length at some of the vertices of a residual, or all zero.
 struct DeflationDirection {
@@ -20,18 +22,17 @@ struct DeflationDirection {
     double explained() const;
 };
 
-/// What is left of the encoder output of one autoencoder while components are taken out of it, at
-/// the vertices where there is anything. Sums run over fixed chunks of vertices in parallel.
+/// What is left of the rows of some shapes while components are taken out of them, at the vertices
+/// where there is anything. Sums run over fixed chunks of vertices in parallel.
 class DeflationResidual {
   public:
     DeflationResidual(std::int64_t vertices, std::int64_t shapes);
 
-    /// Shapes `first` to `first + count - 1`: tanh of the rows (V,9,lanes) of the autoencoder's
-    /// input, which is what the encoder gives while its convolution is the identity. Of an encoder
-    /// with less than nine channels: the others are left zero.
+    /// Shapes `first` to `first + count - 1`: `of` the numbers of the rows (V,9,lanes). Of rows with
+    /// less than nine `channels` the others are left zero.
     template <class T>
     void fill(const T* rows, std::int64_t lanes, std::int64_t first, std::int64_t count,
-              std::int64_t channels = kFeatureDim);
+              double (*of)(double), std::int64_t channels = kFeatureDim);
     /// Forgets vertices with less than 1e-5 of the mean energy of a vertex, once all shapes are
     /// there: all of them together are 1e-5 of the whole, and what components would hold there is
     /// noise that a support has to carry.
@@ -67,4 +68,4 @@ class DeflationResidual {
     std::vector<double> energies_;  // (vertices)
 };
 
-}  // namespace mscomp::nn
+}  // namespace mscomp

@@ -6,7 +6,7 @@
 #include <new>
 #include <vector>
 
-namespace mscomp::nn {
+namespace mscomp {
 
 /// Memory of at least kManyPages bytes straight from the system, on the boundaries of large pages
 /// and in such pages where it has them, which saves a quarter of the time of passes over it; it
@@ -45,4 +45,4 @@ struct AlignedAllocator {
 template <class T>
 using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
-}  // namespace mscomp::nn
+}  // namespace mscomp

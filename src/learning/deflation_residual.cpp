@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "deflation_residual.h"
+#include "learning/deflation_residual.h"
 
 #include <algorithm>
 #include <array>
@@ -10,9 +10,8 @@
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
-#include "nn/dim.h"
 
-namespace mscomp::nn {
+namespace mscomp {
 namespace {
 
 constexpr int kPowerIterations = 12;
@@ -49,10 +48,10 @@ std::vector<double> sum_over_chunks(std::size_t vertices, std::int64_t size, Bod
 
 /// Inner products of the nine rows of a vertex with `codes`, side by side: a sum alone would wait
 /// for its last addition each time.
-std::array<double, kDim> products(const double* rows, std::span<const double> codes) {
-    std::array<double, kDim> sums{};
+std::array<double, kRowDim> products(const double* rows, std::span<const double> codes) {
+    std::array<double, kRowDim> sums{};
     for (std::size_t m = 0; m < codes.size(); ++m) {
-        for (std::size_t c = 0; c < kDim; ++c) sums[c] += rows[c * codes.size() + m] * codes[m];
+        for (std::size_t c = 0; c < kRowDim; ++c) sums[c] += rows[c * codes.size() + m] * codes[m];
     }
     return sums;
 }
@@ -66,28 +65,28 @@ double dot(std::span<const double> a, std::span<const double> b) {
 double DeflationDirection::explained() const { return dot(codes, codes); }
 
 DeflationResidual::DeflationResidual(std::int64_t vertices, std::int64_t shapes)
-    : shapes_(shapes), vertices_(at(vertices)), values_(at(vertices * kDim * shapes)) {
+    : shapes_(shapes), vertices_(at(vertices)), values_(at(vertices * kRowDim * shapes)) {
     std::iota(vertices_.begin(), vertices_.end(), 0);
 }
 
 template <class T>
 void DeflationResidual::fill(const T* rows, std::int64_t lanes, std::int64_t first,
-                             std::int64_t count, std::int64_t channels) {
+                             std::int64_t count, double (*of)(double), std::int64_t channels) {
     for_chunks(vertices_.size(), [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin * kDim; i < end * kDim; ++i) {
-            if (i % kDim >= channels) continue;
+        for (std::int64_t i = begin * kRowDim; i < end * kRowDim; ++i) {
+            if (i % kRowDim >= channels) continue;
             for (std::int64_t m = 0; m < count; ++m) {
                 values_[at(i * shapes_ + first + m)] =
-                    std::tanh(static_cast<double>(rows[i * lanes + m]));
+                    of(static_cast<double>(rows[i * lanes + m]));
             }
         }
     });
 }
 
 double DeflationResidual::energy_of(std::int64_t place) const {
-    const double* rows = row(place * kDim);
+    const double* rows = row(place * kRowDim);
     double sum = 0;
-    for (std::int64_t i = 0; i < kDim * shapes_; ++i) sum += square(rows[i]);
+    for (std::int64_t i = 0; i < kRowDim * shapes_; ++i) sum += square(rows[i]);
     return sum;
 }
 
@@ -98,7 +97,7 @@ void DeflationResidual::drop_silent_vertices() {
     });
     const double mean = energy() / static_cast<double>(energies_.size());
     std::size_t kept = 0;
-    const std::size_t size = at(kDim * shapes_);
+    const std::size_t size = at(kRowDim * shapes_);
     for (std::size_t n = 0; n < energies_.size(); ++n) {
         if (energies_[n] < kSilent * mean) continue;
         vertices_[kept] = vertices_[n];
@@ -127,7 +126,7 @@ DeflationDirection DeflationResidual::main_direction(int vertex, std::vector<int
     const std::vector<double> matrix =
         shapes_ <= kFewShapes ? correlations(places) : std::vector<double>();
     DeflationDirection found{std::move(places), {}, {}};
-    found.values.assign(found.places.size() * kDim, 0.0);
+    found.values.assign(found.places.size() * kRowDim, 0.0);
     std::vector<double> codes = strongest_channel(vertex), next(at(shapes_));
     double length = 0;
     for (int iteration = 0; iteration < kPowerIterations; ++iteration) {
@@ -150,9 +149,9 @@ DeflationDirection DeflationResidual::main_direction(int vertex, std::vector<int
     }
     for_chunks(found.places.size(), [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t n = begin; n < end; ++n) {
-            const auto nine = products(row(found.places[at(n)] * kDim), codes);
-            for (std::size_t c = 0; c < kDim; ++c)
-                found.values[at(n) * kDim + c] = nine[c] / length;
+            const auto nine = products(row(found.places[at(n)] * kRowDim), codes);
+            for (std::size_t c = 0; c < kRowDim; ++c)
+                found.values[at(n) * kRowDim + c] = nine[c] / length;
         }
     });
     for (double& code : next) code /= length;
@@ -164,9 +163,9 @@ void DeflationResidual::subtract(const DeflationDirection& direction) {
     for_chunks(direction.places.size(), [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t n = begin; n < end; ++n) {
             const std::int64_t place = direction.places[at(n)];
-            for (std::int64_t c = 0; c < kDim; ++c) {
-                const double d = direction.values[at(n * kDim + c)];
-                double* values = values_.data() + (place * kDim + c) * shapes_;
+            for (std::int64_t c = 0; c < kRowDim; ++c) {
+                const double d = direction.values[at(n * kRowDim + c)];
+                double* values = values_.data() + (place * kRowDim + c) * shapes_;
                 for (std::int64_t m = 0; m < shapes_; ++m) values[m] -= d * direction.codes[at(m)];
             }
             energies_[at(place)] = energy_of(place);
@@ -179,7 +178,7 @@ int DeflationResidual::longest_vertex(const DeflationDirection& direction) const
     double largest = 0;
     for (std::size_t n = 0; n < direction.places.size(); ++n) {
         double length = 0;
-        for (std::size_t c = 0; c < kDim; ++c) length += square(direction.values[n * kDim + c]);
+        for (std::size_t c = 0; c < kRowDim; ++c) length += square(direction.values[n * kRowDim + c]);
         if (length > largest) {
             largest = length;
             longest = at(direction.places[n]);
@@ -193,11 +192,11 @@ std::vector<double> DeflationResidual::correlations(std::span<const int> places)
     std::vector<double> matrix = sum_over_chunks(
         places.size(), shapes_ * shapes_, [&](std::int64_t begin, std::int64_t end, double* sums) {
             for (std::int64_t n = begin; n < end; ++n) {
-                const double* rows = row(places[at(n)] * kDim);
+                const double* rows = row(places[at(n)] * kRowDim);
                 for (std::int64_t m = 0; m < shapes_; ++m) {
                     for (std::int64_t l = 0; l <= m; ++l) {
                         double sum = 0;
-                        for (std::int64_t c = 0; c < kDim; ++c) {
+                        for (std::int64_t c = 0; c < kRowDim; ++c) {
                             sum += rows[c * shapes_ + m] * rows[c * shapes_ + l];
                         }
                         sums[m * shapes_ + l] += sum;
@@ -219,9 +218,9 @@ std::vector<double> DeflationResidual::correlated(std::span<const int> places,
     return sum_over_chunks(places.size(), shapes_,
                            [&](std::int64_t begin, std::int64_t end, double* sums) {
                                for (std::int64_t n = begin; n < end; ++n) {
-                                   const double* rows = row(places[at(n)] * kDim);
+                                   const double* rows = row(places[at(n)] * kRowDim);
                                    const auto nine = products(rows, codes);
-                                   for (std::int64_t c = 0; c < kDim; ++c) {
+                                   for (std::int64_t c = 0; c < kRowDim; ++c) {
                                        for (std::int64_t m = 0; m < shapes_; ++m) {
                                            sums[m] += nine[at(c)] * rows[c * shapes_ + m];
                                        }
@@ -233,10 +232,10 @@ std::vector<double> DeflationResidual::correlated(std::span<const int> places,
 /// The channel of `vertex` with the most energy, as codes to start from.
 std::vector<double> DeflationResidual::strongest_channel(int vertex) const {
     const auto found = std::lower_bound(vertices_.begin(), vertices_.end(), vertex);
-    const std::int64_t first = (found - vertices_.begin()) * kDim;
+    const std::int64_t first = (found - vertices_.begin()) * kRowDim;
     std::int64_t best = first;
     double largest = -1;
-    for (std::int64_t i = first; i < first + kDim; ++i) {
+    for (std::int64_t i = first; i < first + kRowDim; ++i) {
         double energy = 0;
         for (std::int64_t m = 0; m < shapes_; ++m) energy += square(row(i)[m]);
         if (energy > largest) {
@@ -248,8 +247,8 @@ std::vector<double> DeflationResidual::strongest_channel(int vertex) const {
 }
 
 template void DeflationResidual::fill(const float*, std::int64_t, std::int64_t, std::int64_t,
-                                      std::int64_t);
+                                      double (*)(double), std::int64_t);
 template void DeflationResidual::fill(const double*, std::int64_t, std::int64_t, std::int64_t,
-                                      std::int64_t);
+                                      double (*)(double), std::int64_t);
 
-}  // namespace mscomp::nn
+}  // namespace mscomp

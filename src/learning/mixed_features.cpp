@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "nn/mixed_features.h"
+#include "learning/mixed_features.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "deflation.h"
+#include "learning/deflation.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
 
-namespace mscomp::nn {
+namespace mscomp {
 namespace {
 
 constexpr int kFewestPatches = 4, kMostPatches = 40;
@@ -19,13 +19,13 @@ constexpr std::uint64_t kMixStreams = std::uint64_t{1} << 61;
 }  // namespace
 
 MixedFeatures::MixedFeatures(const ShapeFeatures& features, std::span<const int> shapes,
-                             DistanceRows& distances, const VertexOrder& order, std::uint64_t seed)
+                             DistanceRows& distances, std::span<const int> to_user, std::uint64_t seed)
     : features_(features), shapes_(shapes.begin(), shapes.end()), seed_(seed) {
     for (const int middle : spread_vertices(distances, kCandidates)) {
         const std::span<const double> row = distances.row(middle);
         std::vector<float>& user = middles_.emplace_back(row.size());
         for (std::size_t v = 0; v < row.size(); ++v) {
-            user[at(order.to_user[v])] = static_cast<float>(row[v]);
+            user[at(to_user[v])] = static_cast<float>(row[v]);
         }
     }
 }
@@ -99,4 +99,4 @@ void MixedFeatures::forget(int index) const {
     rows_.erase(index);
 }
 
-}  // namespace mscomp::nn
+}  // namespace mscomp

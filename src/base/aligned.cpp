@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "nn/aligned.h"
+#include "base/aligned.h"
 
 #include <cstdint>
 
@@ -7,7 +7,7 @@
 #include <sys/mman.h>
 #endif
 
-namespace mscomp::nn {
+namespace mscomp {
 namespace {
 
 constexpr std::size_t kLargePage = std::size_t{1} << 21;
@@ -51,4 +51,4 @@ void free_pages(void* memory, std::size_t) {
 
 #endif
 
-}  // namespace mscomp::nn
+}  // namespace mscomp

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include <memory>
+
+#include "mscomp/model/counts.h"
+#include "mscomp/multiscale/multiscale.h"
+#include "multiscale/multiscale_model.h"
+
+namespace mscomp {
+namespace {
+
+Table level_keys(BallLevel& level) {
+    return {
+        {"components", &level.components, kComponentCount, "of the level", true},
+        {"sparsity_range", &level.sparsity_range, kUnitRange, "geodesic radius, diameter = 1",
+         true},
+        {"max_support", &level.max_support, kPositiveUpToOne,
+         "part of the vertices it may act on at most", true},
+    };
+}
+
+List levels_field(std::vector<BallLevel>& levels) {
+    return {"level", [&levels] { return levels.size(); },
+            [&levels](std::size_t count) { levels.assign(count, BallLevel{}); },
+            [&levels](std::size_t index) { return level_keys(levels[index]); },
+            [] {
+                static BallLevel any;
+                return level_keys(any);
+            }};
+}
+
+Table spread_keys(CenterSpread& spread) {
+    return {
+        {"most", &spread.most, kCount, "centres within the radius"},
+        {"radius", &spread.radius, kUnitRange, "geodesic, diameter = 1"},
+    };
+}
+
+KindKeys keys(Config& config) {
+    auto& own = config.own<MultiscaleSettings>();
+    return {"Components fitted to the shapes.",
+            {{"global_components", &own.global_components, Bounds{0, 10'000},
+              "first ones without a limit to their support"},
+             {"levels", levels_field(own.levels), {}, "coarse to fine, all of them are summed"},
+             {"metric",
+              choice(own.metric,
+                     {{FeatureMetric::area, "area"}, {FeatureMetric::vertices, "vertices"}}),
+              {},
+              "what an error counts as: the area around its vertex, or the same everywhere"},
+             {"spread", spread_keys(own.spread), {}, "Centres do not pile up."},
+             {"damping", &own.damping, kNotNegative, "of the components' least squares"}},
+            "",
+            {},
+            {{"epochs", &config.train.epochs, kCount, "rounds of alternating least squares"},
+             {"seed", &config.train.seed, kNotNegative, "of mixed shapes"},
+             {"fill_up_to", &config.train.fill_up_to, Bounds{0, 4096},
+              "fewer shapes are joined by locally mixed ones; 0: never"},
+             {"checkpoint_every", &config.train.checkpoint_every, kCount,
+              "epochs; the last always"}}};
+}
+
+void set_defaults(Config& config) {
+    config.settings = MultiscaleSettings{};
+    config.train.epochs = 30;
+    config.train.plateau_epochs = 0;
+    config.train.fill_up_to = 192;
+}
+
+std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place) {
+    return std::make_unique<MultiscaleModel>(config, place);
+}
+
+}  // namespace
+
+Kind multiscale() { return {"multiscale", ShapeRows::features, set_defaults, keys, make}; }
+
+}  // namespace mscomp

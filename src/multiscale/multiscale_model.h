@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mscomp/base/distance_rows.h"
+#include "mscomp/model/learned_model.h"
+#include "mscomp/multiscale/multiscale.h"
+#include "multiscale/ball_components.h"
+#include "multiscale/joint_codes.h"
+#include "multiscale/metric_rows.h"
+
+namespace mscomp {
+
+/// x = x_ref + Σ_k z_k C_k over the components of all levels, in scaled and weighted features
+/// (method §9): exactly the reference where all codes are 0.
+class MultiscaleModel final : public LearnedModel {
+  public:
+    /// Borrows place and what it borrows as long as training goes on; without components yet.
+    MultiscaleModel(const Config& config, const ModelPlace& place);
+
+    ShapeRows rows() const override { return ShapeRows::features; }
+    int vertex_count() const override { return scale_.vertex_count(); }
+    std::vector<LevelSize> levels() const override;
+    std::vector<int> parents() const override;
+
+    CodeTable encode(const ShapeSet& shapes, std::span<const int> which) override;
+    std::vector<float> reference_codes() override;
+    std::vector<float> decode(std::span<const float> codes, int levels = 0) const override;
+    std::vector<float> change(std::span<const float> codes,
+                              std::span<const float> from) const override;
+    std::vector<CodeColumn> derivatives(std::span<const float> codes) const override;
+    std::vector<ComponentPlace> places() const override;
+
+    std::unique_ptr<Learner> learner(const ShapeSet& shapes, std::span<const int> train) override;
+    void save(StoredArrays& arrays) const override;
+    void load(const SafetensorsFile& file) override;
+
+    const MetricScale& scale() const { return scale_; }
+    const BallComponents& components() const { return components_; }
+    /// Codes that were made for the components before are forgotten.
+    void set_components(BallComponents components);
+
+  private:
+    std::vector<float> sum(std::span<const float> codes, int levels) const;
+
+    const TrainConfig train_;
+    const MultiscaleSettings settings_;
+    DistanceRows& distances_;
+    MetricScale scale_;
+    BallComponents components_;
+    std::optional<JointCodes> codes_;  // made when first needed
+};
+
+}  // namespace mscomp
