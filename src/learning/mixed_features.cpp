@@ -13,14 +13,16 @@ namespace {
 
 constexpr int kFewestPatches = 4, kMostPatches = 40;
 constexpr float kBlend = 0.05F;
+constexpr double kFirstWay = -0.1, kLastWay = 1.1;
 /// Streams of random numbers for mixing, away from those of start, batches and noise.
 constexpr std::uint64_t kMixStreams = std::uint64_t{1} << 61;
 
 }  // namespace
 
 MixedFeatures::MixedFeatures(const ShapeFeatures& features, std::span<const int> shapes,
-                             DistanceRows& distances, std::span<const int> to_user, std::uint64_t seed)
-    : features_(features), shapes_(shapes.begin(), shapes.end()), seed_(seed) {
+                             DistanceRows& distances, std::span<const int> to_user,
+                             std::uint64_t seed, double between)
+    : features_(features), shapes_(shapes.begin(), shapes.end()), seed_(seed), between_(between) {
     for (const int middle : spread_vertices(distances, kCandidates)) {
         const std::span<const double> row = distances.row(middle);
         std::vector<float>& user = middles_.emplace_back(row.size());
@@ -39,11 +41,22 @@ MixedFeatures::Mix MixedFeatures::mix(int m) const {
     const std::vector<int> order =
         CounterRandom(seed_, kMixStreams + (std::uint64_t{1} << 40) + static_cast<std::uint64_t>(m))
             .permutation(static_cast<int>(middles_.size()));
+    const auto drawn_shape = [&](std::uint64_t index) {
+        const double drawn = random.uniform(index) * static_cast<double>(shapes_.size());
+        return shapes_[at(static_cast<std::int64_t>(drawn))];
+    };
     Mix result;
     for (int p = 0; p < patches; ++p) {
-        const double drawn = random.uniform(static_cast<std::uint64_t>(p) + 1);
-        result.shapes.push_back(
-            shapes_[at(static_cast<std::int64_t>(drawn * static_cast<double>(shapes_.size())))]);
+        // The numbers drawn for patch p, none of them drawn for anything else.
+        const std::uint64_t follows = static_cast<std::uint64_t>(p) + 1;
+        const std::uint64_t also = follows + kMostPatches, is_between = also + kMostPatches,
+                            way = is_between + kMostPatches;
+        result.shapes.push_back(drawn_shape(follows));
+        const bool has_two = random.uniform(is_between) < between_;
+        result.others.push_back(has_two ? drawn_shape(also) : result.shapes.back());
+        result.ways.push_back(
+            has_two ? static_cast<float>(kFirstWay + (kLastWay - kFirstWay) * random.uniform(way))
+                    : 0.0F);
     }
     result.weights.resize(at(std::int64_t{vertex_count()} * patches));
     for (std::int64_t v = 0; v < vertex_count(); ++v) {
@@ -67,15 +80,19 @@ MixedFeatures::Mix MixedFeatures::mix(int m) const {
 std::vector<float> MixedFeatures::mixed_row(int m) const {
     const Mix parts = mix(m);
     const std::size_t patches = parts.shapes.size();
-    std::vector<std::span<const float>> sources;
+    std::vector<std::span<const float>> sources, others;
     for (const int shape : parts.shapes) sources.push_back(features_.shape(shape));
+    for (const int shape : parts.others) others.push_back(features_.shape(shape));
     std::vector<float> row(at(std::int64_t{vertex_count()} * kFeatureDim), 0.0F);
     for (std::size_t v = 0; v < at(vertex_count()); ++v) {
         for (std::size_t p = 0; p < patches; ++p) {
             const float weight = parts.weights[v * patches + p];
             if (weight == 0) continue;
+            const float way = parts.ways[p];
             for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                row[v * kFeatureDim + c] += weight * sources[p][v * kFeatureDim + c];
+                const float from = sources[p][v * kFeatureDim + c];
+                const float change = way == 0 ? 0 : others[p][v * kFeatureDim + c] - from;
+                row[v * kFeatureDim + c] += weight * (from + way * change);
             }
         }
     }

@@ -30,7 +30,8 @@ MultiscaleLearner::MultiscaleLearner(MultiscaleModel& model, const MultiscaleSet
       distances_(distances),
       shapes_(shapes),
       train_(train.begin(), train.end()),
-      mixed_(shapes, train, distances, as_they_are(shapes.vertex_count()), config.seed) {}
+      mixed_(shapes, train, distances, as_they_are(shapes.vertex_count()), config.seed,
+             getenv("BETW") ? atof(getenv("BETW")) : 0) {}
 
 /// The training shapes, and mixed ones up to TrainConfig::fill_up_to, some of them new each time.
 void MultiscaleLearner::gather(std::int64_t epoch) {
@@ -59,14 +60,8 @@ void MultiscaleLearner::gather(std::int64_t epoch) {
 }
 
 void MultiscaleLearner::start() {
-    MetricRows rows(shapes_.vertex_count(), static_cast<int>(train_.size()));
-    std::vector<float> row(at(shapes_.vertex_count()) * 9);
-    for (std::size_t m = 0; m < train_.size(); ++m) {
-        model_.scale().map(shapes_.shape(train_[m]), row);
-        shapes_.forget(train_[m]);
-        rows.set(static_cast<int>(m), row);
-    }
-    model_.set_components(start_balls(rows, settings_, distances_));
+    if (getenv("STARTPOOL")) gather(0); else { int keep = 0; std::swap(const_cast<TrainConfig&>(config_).fill_up_to, keep); gather(0); std::swap(const_cast<TrainConfig&>(config_).fill_up_to, keep); }
+    model_.set_components(start_balls(*rows_, settings_, distances_));
     state_ = {};
 }
 
