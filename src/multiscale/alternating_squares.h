@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "mscomp/base/mesh_data.h"
 #include "multiscale/ball_components.h"
 #include "multiscale/metric_rows.h"
 
@@ -11,6 +12,6 @@ namespace mscomp {
 /// (tr G / K) I)⁻¹ Z_A x_v; then every component has unit length again. Returns the squared error
 /// that the codes had with the components before, mean over the shapes. The same bits for any
 /// number of threads.
-double alternate(const MetricRows& rows, double damping, BallComponents& components);
+double alternate(const MetricRows& rows, double damping, BallComponents& components, const OneRings& rings, std::span<const float> roots);
 
 }  // namespace mscomp

@@ -18,6 +18,7 @@ class MetricScale {
         : scale_(scale), roots_(std::move(roots)) {}
 
     int vertex_count() const { return static_cast<int>(roots_.size()); }
+    std::span<const float> roots() const { return roots_; }
     /// Overwrites `to` with one row (V,9) of features, mapped.
     void map(std::span<const float> features, std::span<float> to) const;
     /// A row (V,9) back to features, in place.

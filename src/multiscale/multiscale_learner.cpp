@@ -29,20 +29,30 @@ MultiscaleLearner::MultiscaleLearner(MultiscaleModel& model, const MultiscaleSet
       config_(config),
       distances_(distances),
       shapes_(shapes),
-      train_(train.begin(), train.end()),
-      mixed_(shapes, train, distances, as_they_are(shapes.vertex_count()), config.seed,
-             getenv("BETW") ? atof(getenv("BETW")) : 0) {}
+      train_(train.begin(), train.end()) {
+    if (getenv("MIRROR")) mirror_ = mirror_of(model.reference_);
+    const ShapeFeatures* from = &shapes;
+    std::vector<int> all = train_;
+    if (mirror_) {
+        mirrored_.emplace(shapes, *mirror_);
+        from = &*mirrored_;
+        for (const int m : train_) all.push_back(shapes.shape_count() + m);
+    }
+    mixed_.emplace(*from, all, distances, as_they_are(shapes.vertex_count()), config.seed,
+             getenv("BETW") ? atof(getenv("BETW")) : 0);
+}
 
 /// The training shapes, and mixed ones up to TrainConfig::fill_up_to, some of them new each time.
 void MultiscaleLearner::gather(std::int64_t epoch) {
     constexpr std::int64_t kReplaced = 4;
     std::vector<int> wanted = train_;
-    const std::int64_t count = std::max<std::int64_t>(0, config_.fill_up_to - std::ssize(train_));
+    if (mirror_ && getenv("WHOLE")) for (const int m : train_) wanted.push_back(shapes_.shape_count() + m);
+    const std::int64_t count = std::max<std::int64_t>(0, config_.fill_up_to - std::ssize(wanted));
     for (std::int64_t i = 0; i < count; ++i) {
         // Mix m is replaced by mix m + count.
         const std::int64_t done = epoch * kReplaced;
         const std::int64_t m = i + (done > i ? (done - i + count - 1) / count * count : 0);
-        wanted.push_back(shapes_.shape_count() + static_cast<int>(m));
+        wanted.push_back(mixed_->shape_count() + static_cast<int>(m));
     }
     const int size = static_cast<int>(wanted.size());
     if (!rows_ || rows_->shape_count() != size) {
@@ -52,8 +62,8 @@ void MultiscaleLearner::gather(std::int64_t epoch) {
     std::vector<float> row(at(shapes_.vertex_count()) * 9);
     for (int m = 0; m < size; ++m) {
         if (gathered_[at(m)] == wanted[at(m)]) continue;
-        model_.scale().map(mixed_.shape(wanted[at(m)]), row);
-        mixed_.forget(wanted[at(m)]);
+        model_.scale().map(mixed_->shape(wanted[at(m)]), row);
+        mixed_->forget(wanted[at(m)]);
         rows_->set(m, row);
         gathered_[at(m)] = wanted[at(m)];
     }
@@ -71,7 +81,7 @@ EpochReport MultiscaleLearner::run_epoch() {
     const auto begin = std::chrono::steady_clock::now();
     gather(state_.epoch);
     BallComponents components = model_.components();
-    const double error = alternate(*rows_, settings_.damping, components);
+    const double error = alternate(*rows_, settings_.damping, components, model_.rings_, model_.scale().roots());
     if (!std::isfinite(error)) {
         throw NumericalError("alternating least squares of features that are not finite");
     }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "learning/mixed_features.h"
+#include "mscomp/acap/mirrored_features.h"
 #include "multiscale/multiscale_model.h"
 
 namespace mscomp {
@@ -35,7 +36,9 @@ class MultiscaleLearner final : public Learner {
     DistanceRows& distances_;
     const ShapeSet& shapes_;
     std::vector<int> train_;
-    MixedFeatures mixed_;
+    std::optional<Mirror> mirror_;
+    std::optional<MirroredFeatures> mirrored_;
+    std::optional<MixedFeatures> mixed_;
     std::vector<int> gathered_;  // shapes that rows_ has, by number in mixed_
     std::unique_ptr<MetricRows> rows_;
     TrainingState state_;

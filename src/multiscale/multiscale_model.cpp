@@ -20,10 +20,11 @@ std::vector<float> roots_for(FeatureMetric metric, const TriangleMesh& reference
 }  // namespace
 
 MultiscaleModel::MultiscaleModel(const Config& config, const ModelPlace& place)
-    : train_(config.train),
+    : reference_(place.reference), train_(config.train),
       settings_(config.own<MultiscaleSettings>()),
       distances_(place.distances),
       scale_(place.scale, roots_for(settings_.metric, place.reference)) {
+    rings_ = one_rings_of_faces(place.reference.vertex_count(), place.reference.faces);
     int count = 0;
     for (const LevelSize& level : levels()) count += level.components;
     components_ = BallComponents(vertex_count(), std::vector<Ball>(at(count)));

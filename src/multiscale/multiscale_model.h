@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mscomp/base/distance_rows.h"
+#include "mscomp/base/mesh_data.h"
 #include "mscomp/model/learned_model.h"
 #include "mscomp/multiscale/multiscale.h"
 #include "multiscale/ball_components.h"
@@ -48,6 +49,10 @@ class MultiscaleModel final : public LearnedModel {
   private:
     std::vector<float> sum(std::span<const float> codes, int levels) const;
 
+  public:
+    const TriangleMesh& reference_;
+    OneRings rings_;
+  private:
     const TrainConfig train_;
     const MultiscaleSettings settings_;
     DistanceRows& distances_;
