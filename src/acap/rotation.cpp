@@ -43,13 +43,16 @@ Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation) {
     return (2 * std::atan2(sine, q.w()) / sine) * q.vec();
 }
 
-Eigen::Matrix3d gradient_of_feature(std::span<const float, 9> feature) {
-    const auto entry = [&](std::size_t channel) { return static_cast<double>(feature[channel]); };
+Eigen::Matrix3d stretch_of_feature(const Feature& feature) {
     Eigen::Matrix3d stretch;
-    stretch << entry(3), entry(4), entry(5),  //
-        entry(4), entry(6), entry(7),         //
-        entry(5), entry(7), entry(8);
-    return rotation_exp({entry(0), entry(1), entry(2)}) * stretch;
+    stretch << feature[3], feature[4], feature[5],  //
+        feature[4], feature[6], feature[7],         //
+        feature[5], feature[7], feature[8];
+    return stretch;
+}
+
+Eigen::Matrix3d gradient_of_feature(const Feature& feature) {
+    return rotation_exp(feature.head<3>()) * stretch_of_feature(feature);
 }
 
 std::vector<Eigen::Matrix3d> gradients_of_features(std::span<const float> features,
@@ -60,7 +63,9 @@ std::vector<Eigen::Matrix3d> gradients_of_features(std::span<const float> featur
     }
     std::vector<Eigen::Matrix3d> gradients(vertex_count);
     for (std::size_t i = 0; i < vertex_count; ++i) {
-        gradients[i] = gradient_of_feature(features.subspan(i * kFeatureDim).first<kFeatureDim>());
+        const float* feature = features.data() + i * kFeatureDim;
+        gradients[i] = gradient_of_feature(
+            Eigen::Map<const Eigen::Matrix<float, 9, 1>>(feature).cast<double>());
         if (!gradients[i].allFinite()) {
             throw NumericalError(fmt::format("feature of vertex {} is not finite", i));
         }

@@ -20,8 +20,14 @@ Eigen::Matrix3d rotation_left_jacobian(const Eigen::Vector3d& rotation_vector);
 /// accurate near 0 and near π; at π the sign of the axis is arbitrary.
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);
 
-/// T = exp(r) S of one ACAP feature (9).
-Eigen::Matrix3d gradient_of_feature(std::span<const float, 9> feature);
+/// One ACAP feature: r, then the upper triangle of S row by row.
+using Feature = Eigen::Matrix<double, 9, 1>;
+
+/// S of a feature.
+Eigen::Matrix3d stretch_of_feature(const Feature& feature);
+
+/// T = exp(r) S of a feature.
+Eigen::Matrix3d gradient_of_feature(const Feature& feature);
 
 /// The same for all vertices of a shape. Throws MeshError unless there are `vertex_count` x 9
 /// values, NumericalError if one of them is not finite.

@@ -53,7 +53,7 @@ TEST(Rotation, ExpOfSeveralTurnsIsExpOfTheRest) {
 }
 
 TEST(Rotation, GradientOfFeatureIsRotationTimesStretch) {
-    const std::array<float, 9> f{0.5F, 0, 0, 1, 2, 3, 4, 5, 6};
+    const Feature f{{0.5, 0, 0, 1, 2, 3, 4, 5, 6}};
     Matrix3d s;
     s << 1, 2, 3, 2, 4, 5, 3, 5, 6;
     EXPECT_LT(largest(gradient_of_feature(f) - rotation_about(Vector3d::UnitX(), 0.5) * s), 1e-14);

@@ -8,14 +8,12 @@
 
 #include "acap/rotation.h"
 #include "anchored_system.h"
-#include "feature_equations.h"
 #include "lossless_ceres.h"
 #include "mscomp/acap/reconstruct.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
-#include "placement.h"
 #include "position_derivatives.h"
-#include "tangential_solve.h"
+#include "tangential_system.h"
 #include "whitened_descent.h"
 
 namespace mscomp {
@@ -96,12 +94,10 @@ void move_to_handles(std::span<const Handle> handles, const Placement& placement
 
 }  // namespace
 
-struct LosslessReconstruction::State {
+struct LosslessReconstruction::State : TangentialSystem {
     State(const TriangleMesh& mesh, EdgeWeights weights)
-        : equations(mesh, weights),
-          placement(equations.gradients().rings(), mesh.vertices),
+        : TangentialSystem(mesh, weights),
           poisson(mesh, weights),
-          tangential(equations, placement.first_vertices()),
           smallest_step(kSmallestStep * half_diagonal(mesh.vertices)) {}
 
     /// Features of meshes never come to need it, so it waits for the first that do.
@@ -115,10 +111,7 @@ struct LosslessReconstruction::State {
         return *system_;
     }
 
-    FeatureEquations equations;
-    Placement placement;
     PoissonReconstruction poisson;
-    TangentialSolve tangential;
     double smallest_step;
 
   private:
@@ -171,10 +164,7 @@ ReconstructedShape LosslessReconstruction::solve(std::span<const float> features
 void LosslessReconstruction::derivatives(std::span<const float> features,
                                          std::span<const FeatureDirection> directions,
                                          std::span<double> result) const {
-    const LinearPositions positions{state_->equations.gradients().rings(),
-                                    state_->tangential.pulls(), state_->tangential.system(),
-                                    state_->placement};
-    position_derivatives(positions, features, directions, result);
+    position_derivatives(state_->positions(), features, directions, result);
 }
 
 ReconstructedShape LosslessReconstruction::solve_by_ceres(std::span<const float> features,

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <ranges>
 #include <utility>
 
 #include "acap/edge_weights.h"
@@ -26,20 +27,40 @@ Placement::Placement(const OneRings& rings, std::vector<Point> reference)
 
 std::vector<Eigen::Vector3d> Placement::shifts(
     const std::function<Eigen::Vector3d(int)>& position,
-    const std::function<const Eigen::Matrix3d&(int)>& gradient) const {
+    const std::function<Eigen::Matrix3d(int)>& gradient) const {
     std::vector<Eigen::Vector3d> shifts(at(component_count_), Eigen::Vector3d::Zero());
     for (const PieceJoint& joint : joints_) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        for (const auto& [from, to] : joint.links) {
-            const Eigen::Matrix3d mean = 0.5 * (gradient(from) + gradient(to));
-            const Eigen::Vector3d edge =
-                as_vector(reference_[at(to)]) - as_vector(reference_[at(from)]);
-            sum += position(from) + mean * edge - position(to);
+        for (const PieceLink& link : joint.links) {
+            const Eigen::Matrix3d mean = 0.5 * (gradient(link.from) + gradient(link.to));
+            sum += position(link.from) + mean * edge(link) - position(link.to);
         }
         shifts[at(joint.to)] =
             shifts[at(joint.from)] + sum / static_cast<double>(joint.links.size());
     }
     return shifts;
+}
+
+void Placement::take_back_shifts(
+    std::vector<Eigen::Vector3d>& by_shift,
+    const std::function<void(int, const Eigen::Vector3d&)>& add_to_position,
+    const std::function<void(int, const Eigen::Matrix3d&)>& add_to_gradient) const {
+    for (const PieceJoint& joint : std::views::reverse(joints_)) {
+        by_shift[at(joint.from)] += by_shift[at(joint.to)];
+        const Eigen::Vector3d share =
+            by_shift[at(joint.to)] / static_cast<double>(joint.links.size());
+        for (const PieceLink& link : joint.links) {
+            const Eigen::Matrix3d by_gradient = 0.5 * share * edge(link).transpose();
+            add_to_position(link.from, share);
+            add_to_position(link.to, -share);
+            add_to_gradient(link.from, by_gradient);
+            add_to_gradient(link.to, by_gradient);
+        }
+    }
+}
+
+Eigen::Vector3d Placement::edge(const PieceLink& link) const {
+    return as_vector(reference_[at(link.to)]) - as_vector(reference_[at(link.from)]);
 }
 
 void Placement::check_size(std::span<const Point> like) const {
@@ -84,7 +105,7 @@ void Placement::join(const std::vector<Eigen::Matrix3d>& gradients, std::span<co
     if (has_joints()) {
         const std::vector<Eigen::Vector3d> moves =
             shifts([&](int v) -> Eigen::Vector3d { return as_vector(positions[at(v)]); },
-                   [&](int v) -> const Eigen::Matrix3d& { return gradients[at(v)]; });
+                   [&](int v) { return gradients[at(v)]; });
         for (std::size_t i = 0; i < positions.size(); ++i) {
             Eigen::Map<Eigen::Vector3d>(positions[i].data()) += moves[at(component_[i])];
         }

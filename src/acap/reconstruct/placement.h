@@ -26,9 +26,14 @@ class Placement {
     /// link goes where the mean of the deformation gradients T of its ends takes it; the component
     /// moves by the mean of what its links want. Linear in positions and gradients together, both
     /// by vertex.
-    std::vector<Eigen::Vector3d> shifts(
-        const std::function<Eigen::Vector3d(int)>& position,
-        const std::function<const Eigen::Matrix3d&(int)>& gradient) const;
+    std::vector<Eigen::Vector3d> shifts(const std::function<Eigen::Vector3d(int)>& position,
+                                        const std::function<Eigen::Matrix3d(int)>& gradient) const;
+    /// The adjoint of shifts(): hands derivatives by the shifts (C), which are overwritten, on to
+    /// positions and gradients, to a vertex once per link that ends there.
+    void take_back_shifts(
+        std::vector<Eigen::Vector3d>& by_shift,
+        const std::function<void(int, const Eigen::Vector3d&)>& add_to_position,
+        const std::function<void(int, const Eigen::Matrix3d&)>& add_to_gradient) const;
     bool has_joints() const { return !joints_.empty(); }
 
     /// Moves every component of `positions` (V) so that its centroid is the one it has in `like`
@@ -43,6 +48,8 @@ class Placement {
               std::vector<Point>& positions) const;
 
   private:
+    /// p_to - p_from in the reference.
+    Eigen::Vector3d edge(const PieceLink& link) const;
     void check_size(std::span<const Point> like) const;
     std::vector<Point> centroids(std::span<const Point> positions) const;
 

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "mscomp/acap/feature_layer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "acap/rotation.h"
+#include "feature_derivative.h"
+#include "mscomp/acap/alignment.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/feature_set.h"
+#include "mscomp/base/index.h"
+#include "mscomp/base/parallel.h"
+#include "mscomp/base/points.h"
+#include "poisson_system.h"
+#include "position_group.h"
+#include "tangential_system.h"
+
+namespace mscomp {
+namespace {
+
+/// Groups that are not in use, kept for those who need one next.
+class IdleGroups {
+  public:
+    explicit IdleGroups(const LinearPositions& positions) : positions_(positions) {}
+
+    std::unique_ptr<PositionGroup> take() {
+        {
+            const std::lock_guard lock(mutex_);
+            if (!idle_.empty()) {
+                auto group = std::move(idle_.back());
+                idle_.pop_back();
+                return group;
+            }
+        }
+        return std::make_unique<PositionGroup>(positions_);
+    }
+    void give_back(std::unique_ptr<PositionGroup> group) {
+        const std::lock_guard lock(mutex_);
+        idle_.push_back(std::move(group));
+    }
+
+  private:
+    LinearPositions positions_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<PositionGroup>> idle_;
+};
+
+/// (V,3) relative to their mean.
+std::vector<double> centered(const std::vector<Point>& points) {
+    std::vector<double> result;
+    const Point mean = mean_point(points);
+    for (const Point& point : points) {
+        const Point entry = minus(point, mean);
+        result.insert(result.end(), entry.begin(), entry.end());
+    }
+    return result;
+}
+
+Feature feature_at(std::span<const double> features, std::size_t place) {
+    return Eigen::Map<const Feature>(features.data() + place * kFeatureDim);
+}
+
+void check_finite(const Eigen::Matrix3d& gradient, std::size_t shape, std::size_t vertex) {
+    if (gradient.allFinite()) return;
+    throw NumericalError(
+        fmt::format("feature of shape {}, vertex {} is not finite", shape, vertex));
+}
+
+void check_size(std::size_t count, const char* what, std::size_t shapes, std::size_t vertices,
+                int channels) {
+    if (count == shapes * vertices * at(channels)) return;
+    throw MeshError(fmt::format("{} values of {}, wanted {} x {} x {}", count, what, shapes,
+                                vertices, channels));
+}
+
+}  // namespace
+
+struct FeatureLayer::State {
+    State(const TriangleMesh& mesh, EdgeWeights weights, LayerEquations equations)
+        : reference(centered(mesh.vertices)) {
+        if (equations == LayerEquations::poisson) {
+            groups.emplace(poisson.emplace(mesh, weights).positions());
+        } else {
+            groups.emplace(tangential.emplace(mesh, weights).positions());
+        }
+    }
+
+    std::size_t vertex_count() const { return reference.size() / 3; }
+    std::size_t shape_count(std::span<const double> features) const {
+        const std::size_t size = vertex_count() * kFeatureDim;
+        const std::size_t count = size > 0 ? features.size() / size : 0;
+        check_size(features.size(), "features", count, vertex_count(), kFeatureDim);
+        return count;
+    }
+
+    template <class Body>
+    void for_each_group(std::size_t shape_count, Body&& body);
+
+    std::vector<double> reference;  // (V,3), its mean 0
+    std::optional<PoissonSystem> poisson;
+    std::optional<TangentialSystem> tangential;
+    std::optional<IdleGroups> groups;
+};
+
+/// Calls body(group, first, count), in parallel, for up to PositionGroup::kSize shapes at a time.
+template <class Body>
+void FeatureLayer::State::for_each_group(std::size_t shape_count, Body&& body) {
+    const Chunks chunks{static_cast<std::int64_t>(shape_count), PositionGroup::kSize};
+    parallel_for(chunks.count(), [&](std::int64_t c) {
+        std::unique_ptr<PositionGroup> group = groups->take();
+        group->clear();
+        body(*group, at(chunks.begin(c)), at(chunks.end(c) - chunks.begin(c)));
+        groups->give_back(std::move(group));
+    });
+}
+
+FeatureLayer::FeatureLayer(const TriangleMesh& reference, EdgeWeights weights,
+                           LayerEquations equations)
+    : state_(std::make_unique<State>(reference, weights, equations)) {}
+FeatureLayer::FeatureLayer(FeatureLayer&&) noexcept = default;
+FeatureLayer& FeatureLayer::operator=(FeatureLayer&&) noexcept = default;
+FeatureLayer::~FeatureLayer() = default;
+
+int FeatureLayer::vertex_count() const { return static_cast<int>(state_->vertex_count()); }
+
+void FeatureLayer::positions(std::span<const double> features, std::span<double> positions) const {
+    const std::size_t vertex_count = state_->vertex_count(), size = 3 * vertex_count;
+    const std::size_t shape_count = state_->shape_count(features);
+    check_size(positions.size(), "positions", shape_count, vertex_count, 3);
+    state_->for_each_group(
+        shape_count, [&](PositionGroup& group, std::size_t first, std::size_t count) {
+            PositionGroup::Matrices changes{};
+            for (std::size_t v = 0; v < vertex_count; ++v) {
+                for (std::size_t k = 0; k < count; ++k) {
+                    const Eigen::Matrix3d gradient =
+                        gradient_of_feature(feature_at(features, (first + k) * vertex_count + v));
+                    check_finite(gradient, first + k, v);
+                    PositionGroup::set_matrix(changes, k, gradient - Eigen::Matrix3d::Identity());
+                }
+                group.add(v, changes);
+            }
+            group.solve();
+            for (std::size_t k = 0; k < count; ++k) {
+                const std::span<double> shape = positions.subspan((first + k) * size, size);
+                group.get(k, shape);
+                for (std::size_t i = 0; i < size; ++i) shape[i] += state_->reference[i];
+            }
+        });
+}
+
+void FeatureLayer::adjoint(std::span<const double> features, std::span<const double> by_position,
+                           std::span<double> by_feature) const {
+    const std::size_t vertex_count = state_->vertex_count(), size = 3 * vertex_count;
+    const std::size_t shape_count = state_->shape_count(features);
+    check_size(by_position.size(), "derivatives by positions", shape_count, vertex_count, 3);
+    check_size(by_feature.size(), "derivatives by features", shape_count, vertex_count,
+               kFeatureDim);
+    state_->for_each_group(
+        shape_count, [&](PositionGroup& group, std::size_t first, std::size_t count) {
+            for (std::size_t k = 0; k < count; ++k) {
+                group.set(k, by_position.subspan((first + k) * size, size));
+            }
+            group.solve_adjoint();
+            PositionGroup::Matrices by_gradient;
+            for (std::size_t v = 0; v < vertex_count; ++v) {
+                group.by_gradient(v, by_gradient);
+                for (std::size_t k = 0; k < count; ++k) {
+                    const std::size_t place = (first + k) * vertex_count + v;
+                    const FeatureDerivative derivative(feature_at(features, place));
+                    check_finite(derivative.gradient, first + k, v);
+                    Eigen::Map<Feature>(by_feature.data() + place * kFeatureDim) =
+                        derivative.adjoint(PositionGroup::matrix(by_gradient, k));
+                }
+            }
+        });
+}
+
+}  // namespace mscomp
