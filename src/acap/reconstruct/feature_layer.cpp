@@ -114,7 +114,6 @@ void FeatureLayer::State::for_each_group(std::size_t shape_count, Body&& body) {
     const Chunks chunks{static_cast<std::int64_t>(shape_count), PositionGroup::kSize};
     parallel_for(chunks.count(), [&](std::int64_t c) {
         std::unique_ptr<PositionGroup> group = groups->take();
-        group->clear();
         body(*group, at(chunks.begin(c)), at(chunks.end(c) - chunks.begin(c)));
         groups->give_back(std::move(group));
     });
@@ -133,25 +132,26 @@ void FeatureLayer::positions(std::span<const double> features, std::span<double>
     const std::size_t vertex_count = state_->vertex_count(), size = 3 * vertex_count;
     const std::size_t shape_count = state_->shape_count(features);
     check_size(positions.size(), "positions", shape_count, vertex_count, 3);
-    state_->for_each_group(
-        shape_count, [&](PositionGroup& group, std::size_t first, std::size_t count) {
-            PositionGroup::Matrices changes{};
-            for (std::size_t v = 0; v < vertex_count; ++v) {
-                for (std::size_t k = 0; k < count; ++k) {
-                    const Eigen::Matrix3d gradient =
-                        gradient_of_feature(feature_at(features, (first + k) * vertex_count + v));
-                    check_finite(gradient, first + k, v);
-                    PositionGroup::set_matrix(changes, k, gradient - Eigen::Matrix3d::Identity());
-                }
-                group.add(v, changes);
-            }
-            group.solve();
+    const auto solve = [&](PositionGroup& group, std::size_t first, std::size_t count) {
+        group.clear();
+        PositionGroup::Matrices changes{};
+        for (std::size_t v = 0; v < vertex_count; ++v) {
             for (std::size_t k = 0; k < count; ++k) {
-                const std::span<double> shape = positions.subspan((first + k) * size, size);
-                group.get(k, shape);
-                for (std::size_t i = 0; i < size; ++i) shape[i] += state_->reference[i];
+                const Eigen::Matrix3d gradient =
+                    gradient_of_feature(feature_at(features, (first + k) * vertex_count + v));
+                check_finite(gradient, first + k, v);
+                PositionGroup::set_matrix(changes, k, gradient - Eigen::Matrix3d::Identity());
             }
-        });
+            group.add(v, changes);
+        }
+        group.solve();
+        const std::span<double> shapes = positions.subspan(first * size, count * size);
+        group.get(shapes);
+        for (std::size_t k = 0; k < count; ++k) {
+            for (std::size_t i = 0; i < size; ++i) shapes[k * size + i] += state_->reference[i];
+        }
+    };
+    state_->for_each_group(shape_count, solve);
 }
 
 void FeatureLayer::adjoint(std::span<const double> features, std::span<const double> by_position,
@@ -161,24 +161,22 @@ void FeatureLayer::adjoint(std::span<const double> features, std::span<const dou
     check_size(by_position.size(), "derivatives by positions", shape_count, vertex_count, 3);
     check_size(by_feature.size(), "derivatives by features", shape_count, vertex_count,
                kFeatureDim);
-    state_->for_each_group(
-        shape_count, [&](PositionGroup& group, std::size_t first, std::size_t count) {
+    const auto solve = [&](PositionGroup& group, std::size_t first, std::size_t count) {
+        group.set(by_position.subspan(first * size, count * size));
+        group.solve_adjoint();
+        PositionGroup::Matrices by_gradient;
+        for (std::size_t v = 0; v < vertex_count; ++v) {
+            group.by_gradient(v, by_gradient);
             for (std::size_t k = 0; k < count; ++k) {
-                group.set(k, by_position.subspan((first + k) * size, size));
+                const std::size_t place = (first + k) * vertex_count + v;
+                const FeatureDerivative derivative(feature_at(features, place));
+                check_finite(derivative.gradient, first + k, v);
+                Eigen::Map<Feature>(by_feature.data() + place * kFeatureDim) =
+                    derivative.adjoint(PositionGroup::matrix(by_gradient, k));
             }
-            group.solve_adjoint();
-            PositionGroup::Matrices by_gradient;
-            for (std::size_t v = 0; v < vertex_count; ++v) {
-                group.by_gradient(v, by_gradient);
-                for (std::size_t k = 0; k < count; ++k) {
-                    const std::size_t place = (first + k) * vertex_count + v;
-                    const FeatureDerivative derivative(feature_at(features, place));
-                    check_finite(derivative.gradient, first + k, v);
-                    Eigen::Map<Feature>(by_feature.data() + place * kFeatureDim) =
-                        derivative.adjoint(PositionGroup::matrix(by_gradient, k));
-                }
-            }
-        });
+        }
+    };
+    state_->for_each_group(shape_count, solve);
 }
 
 }  // namespace mscomp

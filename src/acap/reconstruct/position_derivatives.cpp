@@ -55,9 +55,7 @@ void position_derivatives(const LinearPositions& positions, std::span<const floa
             add_direction(directions[k], k - first, derivatives, group);
         }
         group.solve();
-        for (std::size_t k = first; k < last; ++k) {
-            group.get(k - first, result.subspan(k * size, size));
-        }
+        group.get(result.subspan(first * size, (last - first) * size));
     });
 }
 

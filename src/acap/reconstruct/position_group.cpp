@@ -111,31 +111,59 @@ void PositionGroup::solve() {
     for (auto& rows : rows_) positions_.system.solve(rows, work_, scratch_);
 }
 
-void PositionGroup::get(std::size_t shape, std::span<double> changes) const {
-    assert(changes.size() == 3 * vertex_count());
+void PositionGroup::get(std::span<double> changes) const {
+    const std::size_t size = 3 * vertex_count();
+    const std::size_t shape_count = size > 0 ? changes.size() / size : 0;
+    assert(changes.size() == shape_count * size && shape_count <= kSize);
     const std::vector<int>& component = positions_.placement.component();
-    const std::vector<Vector3d> shifts = shifts_of_components(shape);
-    Vector3d mean = Vector3d::Zero();
-    for (std::size_t i = 0; i < vertex_count(); ++i) {
-        mean += row(i, shape) + shifts[at(component[i])];
+    std::vector<Vectors> shifts = shifts_of_components(shape_count);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        Lanes<kSize> mean{};
+        for (std::size_t i = 0; i < vertex_count(); ++i) {
+            const Lanes<kSize>& shift = shifts[at(component[i])][axis];
+            for (std::size_t k = 0; k < kSize; ++k) mean[k] += rows_[axis][i][k] + shift[k];
+        }
+        for (Vectors& shift : shifts) {
+            for (std::size_t k = 0; k < kSize; ++k) {
+                shift[axis][k] -= mean[k] / static_cast<double>(vertex_count());
+            }
+        }
     }
-    mean /= static_cast<double>(vertex_count());
     for (std::size_t i = 0; i < vertex_count(); ++i) {
-        Eigen::Map<Vector3d>(changes.data() + 3 * i) =
-            row(i, shape) + shifts[at(component[i])] - mean;
+        const Vectors& shift = shifts[at(component[i])];
+        for (std::size_t k = 0; k < shape_count; ++k) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                changes[k * size + 3 * i + axis] = rows_[axis][i][k] + shift[axis][k];
+            }
+        }
     }
 }
 
-void PositionGroup::set(std::size_t shape, std::span<const double> by_position) {
-    assert(by_position.size() == 3 * vertex_count());
-    const auto value = [&](std::size_t i) {
-        return Eigen::Map<const Vector3d>(by_position.data() + 3 * i);
-    };
-    Vector3d mean = Vector3d::Zero();
-    for (std::size_t i = 0; i < vertex_count(); ++i) mean += value(i);
-    mean /= static_cast<double>(vertex_count());
-    for (std::size_t i = 0; i < vertex_count(); ++i) add_to_row(i, shape, value(i) - mean);
-    if (!changes_.empty()) take_back_shifts(shape);
+void PositionGroup::set(std::span<const double> by_position) {
+    const std::size_t size = 3 * vertex_count();
+    const std::size_t shape_count = size > 0 ? by_position.size() / size : 0;
+    assert(by_position.size() == shape_count * size && shape_count <= kSize);
+    if (shape_count < kSize) clear();
+    for (std::size_t i = 0; i < vertex_count(); ++i) {
+        for (std::size_t k = 0; k < shape_count; ++k) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                rows_[axis][i][k] = by_position[k * size + 3 * i + axis];
+            }
+        }
+    }
+    for (auto& rows : rows_) {
+        Lanes<kSize> mean{};
+        for (const Lanes<kSize>& row : rows) {
+            for (std::size_t k = 0; k < kSize; ++k) mean[k] += row[k];
+        }
+        for (double& x : mean) x /= static_cast<double>(vertex_count());
+        for (Lanes<kSize>& row : rows) {
+            for (std::size_t k = 0; k < kSize; ++k) row[k] -= mean[k];
+        }
+    }
+    if (changes_.empty()) return;
+    std::ranges::fill(changes_, Matrices{});
+    take_back_shifts(shape_count);
 }
 
 void PositionGroup::solve_adjoint() { solve(); }  // the matrix is symmetric
@@ -146,24 +174,39 @@ void PositionGroup::by_gradient(std::size_t vertex, Matrices& result) const {
                           {rows_[0].data(), rows_[1].data(), rows_[2].data()}, result);
 }
 
-std::vector<Vector3d> PositionGroup::shifts_of_components(std::size_t shape) const {
-    return positions_.placement.shifts([&](int v) { return row(at(v), shape); },
-                                       [&](int v) { return matrix(changes_[at(v)], shape); });
+std::vector<PositionGroup::Vectors> PositionGroup::shifts_of_components(
+    std::size_t shape_count) const {
+    const Placement& placement = positions_.placement;
+    std::vector<Vectors> result(at(placement.component_count()), Vectors{});
+    if (changes_.empty()) return result;
+    for (std::size_t k = 0; k < shape_count; ++k) {
+        const std::vector<Vector3d> shifts =
+            placement.shifts([&](int v) { return row(at(v), k); },
+                             [&](int v) { return matrix(changes_[at(v)], k); });
+        for (std::size_t c = 0; c < shifts.size(); ++c) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                result[c][axis][k] = shifts[c][static_cast<Eigen::Index>(axis)];
+            }
+        }
+    }
+    return result;
 }
 
 /// The adjoint of the above.
-void PositionGroup::take_back_shifts(std::size_t shape) {
+void PositionGroup::take_back_shifts(std::size_t shape_count) {
     const Placement& placement = positions_.placement;
-    std::vector<Vector3d> by_shift(at(placement.component_count()), Vector3d::Zero());
-    for (std::size_t i = 0; i < vertex_count(); ++i) {
-        by_shift[at(placement.component()[i])] += row(i, shape);
+    for (std::size_t k = 0; k < shape_count; ++k) {
+        std::vector<Vector3d> by_shift(at(placement.component_count()), Vector3d::Zero());
+        for (std::size_t i = 0; i < vertex_count(); ++i) {
+            by_shift[at(placement.component()[i])] += row(i, k);
+        }
+        placement.take_back_shifts(
+            by_shift, [&](int v, const Vector3d& value) { add_to_row(at(v), k, value); },
+            [&](int v, const Matrix3d& value) {
+                Matrices& sums = changes_[at(v)];
+                set_matrix(sums, k, matrix(sums, k) + value);
+            });
     }
-    placement.take_back_shifts(
-        by_shift, [&](int v, const Vector3d& value) { add_to_row(at(v), shape, value); },
-        [&](int v, const Matrix3d& value) {
-            Matrices& sums = changes_[at(v)];
-            set_matrix(sums, shape, matrix(sums, shape) + value);
-        });
 }
 
 void PositionGroup::add_to_row(std::size_t vertex, std::size_t shape, const Vector3d& value) {

@@ -32,17 +32,17 @@ class PositionGroup {
     explicit PositionGroup(const LinearPositions& positions);
 
     /// From changes dT of the gradients to changes of the positions: clear(), add() of those that
-    /// are not zero, once per vertex and shape, solve(), get() shape by shape.
+    /// are not zero, once per vertex and shape, solve(), get().
     void clear();
     void add(std::size_t vertex, const Matrices& changes);
     void add(std::size_t vertex, std::size_t shape, const Eigen::Matrix3d& change);
     void solve();
-    /// Overwrites `changes` (V,3); their mean is 0.
-    void get(std::size_t shape, std::span<double> changes) const;
+    /// Overwrites `changes` (n,V,3) of the first n shapes; the mean of each is 0.
+    void get(std::span<double> changes) const;
 
-    /// From derivatives by the positions to those by the gradients: clear(), set() shape by shape,
+    /// From derivatives by the positions to those by the gradients: set() instead of clear(),
     /// solve_adjoint(), by_gradient() vertex by vertex.
-    void set(std::size_t shape, std::span<const double> by_position);  // (V,3)
+    void set(std::span<const double> by_position);  // (n,V,3)
     void solve_adjoint();
     void by_gradient(std::size_t vertex, Matrices& result) const;
 
@@ -50,8 +50,11 @@ class PositionGroup {
     std::size_t vertex_count() const { return positions_.vertex_count(); }
     void add_to_row(std::size_t vertex, std::size_t shape, const Eigen::Vector3d& value);
     Eigen::Vector3d row(std::size_t vertex, std::size_t shape) const;
-    std::vector<Eigen::Vector3d> shifts_of_components(std::size_t shape) const;
-    void take_back_shifts(std::size_t shape);
+    /// One vector for each shape, coordinate by coordinate.
+    using Vectors = std::array<Lanes<kSize>, 3>;
+
+    std::vector<Vectors> shifts_of_components(std::size_t shape_count) const;
+    void take_back_shifts(std::size_t shape_count);
 
     LinearPositions positions_;
     std::array<std::vector<Lanes<kSize>>, 3> rows_;  // (V) of each coordinate
