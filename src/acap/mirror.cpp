@@ -17,6 +17,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kFewPoints = 500, kManyPoints = 4000;
+/// What a step has to lower the cost by, where planes are compared and where the best is refined.
+constexpr double kSomeDescent = 1e-3, kAnyDescent = 1e-12;
 /// A fit is better than one before it only by more than this, as a distance in radii, squared.
 constexpr double kAsGood = 1e-10;
 constexpr double kNoWeight = 1e-6;
@@ -73,13 +75,13 @@ MirrorPlane best_plane(const UnitMesh& unit, const SurfaceTree& surface) {
     const std::vector<Vector3d> few = unit.sample(kFewPoints);
     std::vector<MirrorFit> fits(starts.size());
     parallel_for(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
-        fits[at(i)] = fitted_mirror(surface, few, starts[at(i)]);
+        fits[at(i)] = fitted_mirror(surface, few, starts[at(i)], kSomeDescent);
     });
     MirrorFit best = fits.front();
     for (const MirrorFit& fit : fits) {
         if (fit.cost < best.cost - kAsGood) best = fit;
     }
-    return fitted_mirror(surface, unit.sample(kManyPoints), best.plane).plane;
+    return fitted_mirror(surface, unit.sample(kManyPoints), best.plane, kAnyDescent).plane;
 }
 
 /// Sums of the normals around each vertex, the larger faces counting more.
@@ -105,29 +107,47 @@ SurfaceLocation location(const Face& face, const Vector3d& weights) {
     return result;
 }
 
-/// Fills in partners and distance.
-void find_partners(const UnitMesh& unit, const SurfaceTree& surface, const MirrorPlane& plane,
-                   Mirror& mirror) {
-    const std::vector<Vector3d> normals = vertex_normals(unit.mesh);
-    mirror.partners.resize(unit.mesh.vertices.size());
-    for (int v = 0; v < mirror.vertex_count(); ++v) mirror.partners[at(v)].corners = {v, v, v};
-    std::vector<double> distances(unit.used.size());
+/// Calls body(i) for every used vertex, the i-th.
+template <class Body>
+void for_used(const UnitMesh& unit, Body&& body) {
     const Chunks chunks{static_cast<std::int64_t>(unit.used.size()), 256};
     parallel_for(chunks.count(), [&](std::int64_t chunk) {
-        for (std::int64_t i = chunks.begin(chunk); i < chunks.end(chunk); ++i) {
-            const int v = unit.used[at(i)];
-            const Vector3d image = plane.reflected(as_vector(unit.mesh.vertices[at(v)]));
-            const SurfacePoint nearest = surface.nearest(image);
-            const SurfacePoint facing =
-                surface.nearest_facing(image, mirror.matrix * normals[at(v)]);
-            distances[at(i)] = std::sqrt(nearest.square);
-            const bool is_near = std::sqrt(facing.square) <= distances[at(i)] + kFarther;
-            const SurfacePoint& chosen = is_near ? facing : nearest;
-            mirror.partners[at(v)] = location(unit.mesh.faces[at(chosen.face)], chosen.weights);
-        }
+        for (std::int64_t i = chunks.begin(chunk); i < chunks.end(chunk); ++i) body(at(i));
     });
-    for (const double distance : distances) mirror.distance += distance;
-    mirror.distance /= static_cast<double>(distances.size());
+}
+
+/// Of the used vertices, reflected.
+std::vector<SurfacePoint> nearest_points(const UnitMesh& unit, const SurfaceTree& surface,
+                                         const MirrorPlane& plane) {
+    std::vector<SurfacePoint> result(unit.used.size());
+    for_used(unit, [&](std::size_t i) {
+        result[i] =
+            surface.nearest(plane.reflected(as_vector(unit.mesh.vertices[at(unit.used[i])])));
+    });
+    return result;
+}
+
+double mean_distance(const std::vector<SurfacePoint>& points) {
+    double sum = 0;
+    for (const SurfacePoint& point : points) sum += std::sqrt(point.square);
+    return sum / static_cast<double>(points.size());
+}
+
+std::vector<SurfaceLocation> partners(const UnitMesh& unit, const SurfaceTree& surface,
+                                      const MirrorPlane& plane,
+                                      const std::vector<SurfacePoint>& nearest) {
+    const std::vector<Vector3d> normals = vertex_normals(unit.mesh);
+    std::vector<SurfaceLocation> result(unit.mesh.vertices.size());
+    for (int v = 0; v < unit.mesh.vertex_count(); ++v) result[at(v)].corners = {v, v, v};
+    for_used(unit, [&](std::size_t i) {
+        const std::size_t v = at(unit.used[i]);
+        const SurfacePoint facing = surface.nearest_facing(
+            plane.reflected(as_vector(unit.mesh.vertices[v])), plane.matrix() * normals[v],
+            std::sqrt(nearest[i].square) + kFarther);
+        const SurfacePoint& chosen = facing.face >= 0 ? facing : nearest[i];
+        result[v] = location(unit.mesh.faces[at(chosen.face)], chosen.weights);
+    });
+    return result;
 }
 
 }  // namespace
@@ -143,13 +163,12 @@ std::optional<Mirror> mirror_of(const TriangleMesh& reference, double most) {
     const SurfaceTree surface(unit.mesh);
     if (surface.is_empty()) return std::nullopt;
     const MirrorPlane plane = best_plane(unit, surface);
-    Mirror mirror;
-    mirror.matrix = plane.matrix();
+    const std::vector<SurfacePoint> nearest = nearest_points(unit, surface, plane);
+    const double distance = mean_distance(nearest);
+    if (!(distance <= most)) return std::nullopt;
     const double offset = plane.normal.dot(as_vector(unit.center)) + plane.offset / unit.scale;
-    mirror.translation = 2 * offset * plane.normal;
-    find_partners(unit, surface, plane, mirror);
-    if (!(mirror.distance <= most)) return std::nullopt;
-    return mirror;
+    return Mirror{plane.matrix(), 2 * offset * plane.normal, distance,
+                  partners(unit, surface, plane, nearest)};
 }
 
 }  // namespace mscomp

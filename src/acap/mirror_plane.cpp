@@ -23,7 +23,6 @@ constexpr int kBetween = 4;             // steps from one axis to the next
 constexpr double kHuber = 0.02;
 constexpr int kIterations = 50;
 constexpr double kLeastDamping = 1e-9, kMostDamping = 1e3;
-constexpr double kNoDescent = 1e-13;  // of the cost
 constexpr double kNoStep = 1e-12;
 /// On the surface but for rounding: the way to its nearest point has no direction.
 constexpr double kTouches = 1e-12;
@@ -47,13 +46,12 @@ Moments area_moments(const TriangleMesh& mesh) {
         const Vector3d sum = a + b + c;
         result.area += area;
         first += area / 3 * sum;
-        second += area / 12 *
-                  (a * a.transpose() + b * b.transpose() + c * c.transpose() +
-                   sum * sum.transpose());
+        second +=
+            area / 12 *
+            (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
     }
     result.centroid = first / result.area;
-    result.covariance =
-        second / result.area - result.centroid * result.centroid.transpose();
+    result.covariance = second / result.area - result.centroid * result.centroid.transpose();
     return result;
 }
 
@@ -154,7 +152,7 @@ std::vector<MirrorPlane> start_planes(const TriangleMesh& mesh) {
 }
 
 MirrorFit fitted_mirror(const SurfaceTree& surface, std::span<const Vector3d> points,
-                        const MirrorPlane& start) {
+                        const MirrorPlane& start, double least) {
     MirrorPlane plane = start;
     Linearised here = linearised(surface, plane, points);
     double damping = 1e-6;
@@ -169,7 +167,7 @@ MirrorFit fitted_mirror(const SurfaceTree& surface, std::span<const Vector3d> po
             damping = std::max(100 * damping, 1e-3);
             continue;
         }
-        const bool is_least = here.cost - there.cost <= kNoDescent * here.cost;
+        const bool is_least = here.cost - there.cost <= least * here.cost;
         plane = next;
         here = there;
         damping = std::max(damping / 10, kLeastDamping);

@@ -36,8 +36,9 @@ struct MirrorFit {
 /// The plane near `start` about which the reflected `points`, of the unit ball, come nearest to
 /// the surface: a local minimum of the mean of ρ(distance), ρ Huber's function, which is a square
 /// below 0.02 only, so that an arm held differently does not turn the plane. Levenberg-Marquardt on
-/// the three parameters of a plane; the same bits for any number of threads.
+/// the three parameters of a plane, until a step lowers the cost by no more than `least` of it; the
+/// same bits for any number of threads.
 MirrorFit fitted_mirror(const SurfaceTree& surface, std::span<const Eigen::Vector3d> points,
-                        const MirrorPlane& start);
+                        const MirrorPlane& start, double least);
 
 }  // namespace mscomp

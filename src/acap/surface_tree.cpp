@@ -111,12 +111,13 @@ double SurfaceTree::Node::square_distance(const Vector3d& point) const {
 }
 
 template <class IsWanted>
-SurfacePoint SurfaceTree::search(const Vector3d& point, IsWanted&& is_wanted) const {
+SurfacePoint SurfaceTree::search(const Vector3d& point, double within, IsWanted&& is_wanted) const {
     struct Visit {
         int node;
         double square;
     };
     SurfacePoint best;
+    best.square = within * within;
     std::array<Visit, kDeepest> waiting;
     std::size_t count = 0;
     if (!is_empty()) waiting[count++] = {0, nodes_[0].square_distance(point)};
@@ -143,11 +144,12 @@ SurfacePoint SurfaceTree::search(const Vector3d& point, IsWanted&& is_wanted) co
 }
 
 SurfacePoint SurfaceTree::nearest(const Vector3d& point) const {
-    return search(point, [](std::size_t) { return true; });
+    return search(point, std::numeric_limits<double>::infinity(), [](std::size_t) { return true; });
 }
 
-SurfacePoint SurfaceTree::nearest_facing(const Vector3d& point, const Vector3d& direction) const {
-    return search(point, [&](std::size_t i) { return normals_[i].dot(direction) > 0; });
+SurfacePoint SurfaceTree::nearest_facing(const Vector3d& point, const Vector3d& direction,
+                                         double within) const {
+    return search(point, within, [&](std::size_t i) { return normals_[i].dot(direction) > 0; });
 }
 
 }  // namespace mscomp

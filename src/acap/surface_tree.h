@@ -27,9 +27,10 @@ class SurfaceTree {
 
     bool is_empty() const { return nodes_.empty(); }
     SurfacePoint nearest(const Eigen::Vector3d& point) const;
-    /// Of the faces whose normal is less than a right angle from `direction`.
-    SurfacePoint nearest_facing(const Eigen::Vector3d& point,
-                                const Eigen::Vector3d& direction) const;
+    /// Of the faces whose normal is less than a right angle from `direction`, if less than `within`
+    /// away.
+    SurfacePoint nearest_facing(const Eigen::Vector3d& point, const Eigen::Vector3d& direction,
+                                double within) const;
     /// Unit normal of a face of the mesh that has area, as found in a SurfacePoint.
     Eigen::Vector3d normal(const SurfacePoint& point) const { return normals_[slot(point)]; }
 
@@ -48,7 +49,7 @@ class SurfaceTree {
     std::size_t slot(const SurfacePoint& point) const;
     int build(std::size_t first, std::size_t end);
     template <class IsWanted>
-    SurfacePoint search(const Eigen::Vector3d& point, IsWanted&& is_wanted) const;
+    SurfacePoint search(const Eigen::Vector3d& point, double within, IsWanted&& is_wanted) const;
 
     std::vector<Corners> faces_;            // leaf by leaf
     std::vector<Eigen::Vector3d> normals_;  // beside them

@@ -24,9 +24,10 @@ struct Mirror {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     /// Mean distance of the reflected vertices from the surface, beside the radius of the mesh.
     double distance = 0;
-    /// (V) The point of the surface that the reflected vertex is nearest to; where the surface
-    /// nearly touches itself (lips, both sides of cloth), of what faces as the reflected vertex
-    /// does. A vertex without a face is its own partner.
+    /// (V) The point of the surface that the reflected vertex is nearest to; as lips touch, and
+    /// both sides of cloth, a point where the surface faces as the reflected one does is preferred
+    /// if it is at most a hundredth of the radius farther. A vertex without a face is its own
+    /// partner.
     std::vector<SurfaceLocation> partners;
 
     int vertex_count() const { return static_cast<int>(partners.size()); }
