@@ -37,6 +37,10 @@ class BallComponents {
     std::span<float> values(int v) {
         return std::span(values_).subspan(9 * first_[at(v)], 9 * at_vertex(v).size());
     }
+    /// All of them, vertex by vertex, and where those of a vertex begin.
+    std::span<float> all_values() { return values_; }
+    std::span<const float> all_values() const { return values_; }
+    std::size_t first_value(int v) const { return 9 * first_[at(v)]; }
     /// Values of component k at the vertices of its ball, (n,9), and back.
     std::vector<float> component(int k) const;
     void set_component(int k, std::span<const float> values);

@@ -20,8 +20,7 @@ void MetricScale::unmap(std::span<float> row) const {
 
 void MetricScale::unmap_change(int v, std::span<float> values) const {
     for (std::size_t c = 0; c < values.size(); ++c) {
-        const auto factor = static_cast<float>(scale_.factor[c]);
-        values[c] = factor != 0 ? values[c] / (roots_[at(v)] * factor) : 0;
+        values[c] = static_cast<float>(static_cast<double>(values[c]) * unmap_factor(v, c));
     }
 }
 

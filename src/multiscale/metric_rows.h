@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mscomp/base/channel_scale.h"
+#include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 
 namespace mscomp {
@@ -18,13 +19,19 @@ class MetricScale {
         : scale_(scale), roots_(std::move(roots)) {}
 
     int vertex_count() const { return static_cast<int>(roots_.size()); }
-    std::span<const float> roots() const { return roots_; }
+    float root(int v) const { return roots_[at(v)]; }
     /// Overwrites `to` with one row (V,9) of features, mapped.
     void map(std::span<const float> features, std::span<float> to) const;
     /// A row (V,9) back to features, in place.
     void unmap(std::span<float> row) const;
     /// Nine values at vertex v as a difference of features, in place.
     void unmap_change(int v, std::span<float> values) const;
+    /// What the features of a vertex change by where a mapped value changes by 1.
+    double unmap_factor(int v, std::size_t channel) const {
+        const double factor = scale_.factor[channel];
+        return factor != 0 ? 1 / (factor * static_cast<double>(roots_[at(v)])) : 0;
+    }
+    double offset(std::size_t channel) const { return scale_.offset[channel]; }
 
   private:
     ChannelScale scale_;
@@ -47,6 +54,9 @@ class MetricRows {
     std::span<const float> all() const { return values_; }
     /// Shape m is `row` (V,9).
     void set(int m, std::span<const float> row);
+    /// Entry `i` of the row (V,9) of shape m.
+    float value(std::size_t i, int m) const { return values_[i * at(shapes_) + at(m)]; }
+    void set(std::size_t i, int m, float value) { values_[i * at(shapes_) + at(m)] = value; }
 
   private:
     int vertices_, shapes_;

@@ -17,6 +17,10 @@ constexpr const char* kCenters = "components/centers";
 constexpr const char* kFirst = "components/first";        // (K+1) into what follows
 constexpr const char* kVertices = "components/vertices";  // of each ball, rising
 constexpr const char* kValues = "components/values";      // (..,9)
+constexpr const char* kSpaceCodes = "space/codes";        // (shapes,K)
+constexpr const char* kMoment1 = "space/adam_m";          // in the order of the vertices
+constexpr const char* kMoment2 = "space/adam_v";
+constexpr const char* kSteps = "space/steps";
 
 /// Vertices of one ball. Throws CheckpointError unless they rise and are of the mesh.
 std::vector<int> checked_vertices(std::span<const int> vertices, int vertex_count,
@@ -52,6 +56,29 @@ void MultiscaleModel::save(StoredArrays& arrays) const {
     arrays.keep<std::int64_t>(kFirst, {components_.count() + 1}, std::move(first));
     arrays.keep<int>(kVertices, {entries}, std::move(vertices));
     arrays.keep<float>(kValues, {entries, kFeatureDim}, std::move(values));
+    if (!space_state) return;
+    const Eigen::MatrixXd& codes = space_state->codes;
+    arrays.keep<double>(kSpaceCodes, {codes.cols(), codes.rows()},
+                        {codes.data(), codes.data() + codes.size()});
+    arrays.keep<float>(kMoment1, {entries, kFeatureDim}, space_state->moment1);
+    arrays.keep<float>(kMoment2, {entries, kFeatureDim}, space_state->moment2);
+    arrays.keep<std::int64_t>(kSteps, {1}, {space_state->steps});
+}
+
+/// None for a file without.
+std::optional<SpaceState> MultiscaleModel::load_space_state(const SafetensorsFile& file) const {
+    if (!file.contains(kSpaceCodes)) return std::nullopt;
+    const auto entries = static_cast<std::int64_t>(components_.all_values().size()) / kFeatureDim;
+    const auto codes = file.data<double>(kSpaceCodes, {-1, code_count()});
+    const auto moment1 = file.data<float>(kMoment1, {entries, kFeatureDim});
+    const auto moment2 = file.data<float>(kMoment2, {entries, kFeatureDim});
+    const auto steps = file.data<std::int64_t>(kSteps, {1});
+    return SpaceState{
+        Eigen::Map<const Eigen::MatrixXd>(codes.data(), code_count(),
+                                          static_cast<Eigen::Index>(codes.size()) / code_count()),
+        {moment1.begin(), moment1.end()},
+        {moment2.begin(), moment2.end()},
+        steps[0]};
 }
 
 void MultiscaleModel::load(const SafetensorsFile& file) {
@@ -80,6 +107,7 @@ void MultiscaleModel::load(const SafetensorsFile& file) {
         components.set_component(k, values.subspan(at(first[at(k)]) * kFeatureDim));
     }
     set_components(std::move(components));
+    space_state = load_space_state(file);
 }
 
 }  // namespace mscomp

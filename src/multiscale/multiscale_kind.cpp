@@ -47,10 +47,17 @@ KindKeys keys(Config& config) {
               {},
               "what an error counts as: the area around its vertex, or the same everywhere"},
              {"spread", spread_keys(own.spread), {}, "Centres do not pile up."},
-             {"damping", &own.damping, kNotNegative, "of the components' least squares"}},
+             {"damping", &own.damping, kNotNegative,
+              "of the components' least squares, towards the mean of the neighbours"},
+             {"feature_share", &own.feature_share, kNotNegative,
+              "what the error of features counts beside that in space"}},
             "",
             {},
-            {{"epochs", &config.train.epochs, kCount, "rounds of alternating least squares"},
+            {{"epochs", &config.train.epochs, kCount, "of both stages"},
+             {"rounds", &own.rounds, kCount,
+              "first epochs, of alternating least squares; the others lower the error in space"},
+             {"mirror", &own.mirror, {},
+              "learn from mirror images, too, where the reference is symmetric"},
              {"seed", &config.train.seed, kNotNegative, "of mixed shapes"},
              {"fill_up_to", &config.train.fill_up_to, Bounds{0, 4096},
               "fewer shapes are joined by locally mixed ones; 0: never"},
@@ -60,9 +67,10 @@ KindKeys keys(Config& config) {
 
 void set_defaults(Config& config) {
     config.settings = MultiscaleSettings{};
-    config.train.epochs = 30;
+    config.train.epochs = 34;
     config.train.plateau_epochs = 0;
-    config.train.fill_up_to = 192;
+    config.train.fill_up_to = 24;
+    config.train.checkpoint_every = 5;
 }
 
 std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place) {

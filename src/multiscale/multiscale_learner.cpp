@@ -1,98 +1,93 @@
 // SPDX-License-Identifier: MIT
 #include "multiscale/multiscale_learner.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "mscomp/base/error.h"
-#include "multiscale/alternating_squares.h"
+#include "mscomp/model/divergence.h"
 #include "multiscale/ball_start.h"
 
 namespace mscomp {
-namespace {
-
-std::vector<int> as_they_are(int vertices) {
-    std::vector<int> same(at(vertices));
-    std::iota(same.begin(), same.end(), 0);
-    return same;
-}
-
-}  // namespace
 
 MultiscaleLearner::MultiscaleLearner(MultiscaleModel& model, const MultiscaleSettings& settings,
-                                     const TrainConfig& config, DistanceRows& distances,
+                                     const TrainConfig& config, const LearnerPlace& place,
                                      const ShapeSet& shapes, std::span<const int> train)
     : model_(model),
       settings_(settings),
       config_(config),
-      distances_(distances),
+      place_(place),
       shapes_(shapes),
-      train_(train.begin(), train.end()) {
-    if (getenv("MIRROR")) mirror_ = mirror_of(model.reference_);
-    const ShapeFeatures* from = &shapes;
-    std::vector<int> all = train_;
-    if (mirror_) {
-        mirrored_.emplace(shapes, *mirror_);
-        from = &*mirrored_;
-        for (const int m : train_) all.push_back(shapes.shape_count() + m);
-    }
-    mixed_.emplace(*from, all, distances, as_they_are(shapes.vertex_count()), config.seed,
-             getenv("BETW") ? atof(getenv("BETW")) : 0);
-}
-
-/// The training shapes, and mixed ones up to TrainConfig::fill_up_to, some of them new each time.
-void MultiscaleLearner::gather(std::int64_t epoch) {
-    constexpr std::int64_t kReplaced = 4;
-    std::vector<int> wanted = train_;
-    if (mirror_ && getenv("WHOLE")) for (const int m : train_) wanted.push_back(shapes_.shape_count() + m);
-    const std::int64_t count = std::max<std::int64_t>(0, config_.fill_up_to - std::ssize(wanted));
-    for (std::int64_t i = 0; i < count; ++i) {
-        // Mix m is replaced by mix m + count.
-        const std::int64_t done = epoch * kReplaced;
-        const std::int64_t m = i + (done > i ? (done - i + count - 1) / count * count : 0);
-        wanted.push_back(mixed_->shape_count() + static_cast<int>(m));
-    }
-    const int size = static_cast<int>(wanted.size());
-    if (!rows_ || rows_->shape_count() != size) {
-        rows_ = std::make_unique<MetricRows>(shapes_.vertex_count(), size);
-        gathered_.assign(wanted.size(), -1);
-    }
-    std::vector<float> row(at(shapes_.vertex_count()) * 9);
-    for (int m = 0; m < size; ++m) {
-        if (gathered_[at(m)] == wanted[at(m)]) continue;
-        model_.scale().map(mixed_->shape(wanted[at(m)]), row);
-        mixed_->forget(wanted[at(m)]);
-        rows_->set(m, row);
-        gathered_[at(m)] = wanted[at(m)];
-    }
-}
+      train_(train.begin(), train.end()),
+      pool_(shapes, train, place.reference, place.distances, model.scale(),
+            {settings.mirror, config.fill_up_to, config.seed}),
+      squares_(one_rings_of_faces(place.reference.vertex_count(), place.reference.faces),
+               model.scale(), settings.damping) {}
 
 void MultiscaleLearner::start() {
-    if (getenv("STARTPOOL")) gather(0); else { int keep = 0; std::swap(const_cast<TrainConfig&>(config_).fill_up_to, keep); gather(0); std::swap(const_cast<TrainConfig&>(config_).fill_up_to, keep); }
-    model_.set_components(start_balls(*rows_, settings_, distances_));
+    model_.set_components(start_balls(pool_.rows(0), settings_, place_.distances));
+    model_.space_state.reset();
     state_ = {};
 }
 
-bool MultiscaleLearner::is_over() const { return state_.epoch >= config_.epochs; }
-
 EpochReport MultiscaleLearner::run_epoch() {
     const auto begin = std::chrono::steady_clock::now();
-    gather(state_.epoch);
-    BallComponents components = model_.components();
-    const double error = alternate(*rows_, settings_.damping, components, model_.rings_, model_.scale().roots());
-    if (!std::isfinite(error)) {
-        throw NumericalError("alternating least squares of features that are not finite");
-    }
-    model_.set_components(std::move(components));
+    EpochReport report = state_.epoch < settings_.rounds ? alternate() : descend();
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
+    if (!std::isfinite(report.total)) {
+        throw DivergenceError(
+            fmt::format("epoch {}: the error is not finite", state_.epoch + 1));
+    }
     ++state_.epoch;
-    ++state_.step;
-    state_.total = error;
-    if (state_.first_error == 0) state_.first_error = error;
-    return {state_, error, {error}, 0, spent.count(), 1};
+    state_.total = report.total;
+    if (state_.first_error == 0) state_.first_error = report.total;
+    report.step_ms = spent.count() / static_cast<double>(report.state.step - state_.step);
+    state_.step = report.state.step;
+    report.state = state_;
+    return report;
+}
+
+EpochReport MultiscaleLearner::alternate() {
+    BallComponents components = model_.components();
+    const double error = squares_.round(pool_.rows(state_.epoch), components);
+    if (std::isfinite(error)) model_.set_components(std::move(components));
+    EpochReport report{state_, error, {error, 0}, 0, 0, 1};
+    ++report.state.step;
+    return report;
+}
+
+/// TrainingState::window_mean is the lowest mean loss of an epoch in space so far.
+EpochReport MultiscaleLearner::descend() {
+    constexpr double kAstray = 1.35;
+    if (!descent_) {
+        descent_ = std::make_unique<SpaceDescent>(place_.reference, place_.weights, model_.scale(),
+                                                  pool_.rows(settings_.rounds),
+                                                  settings_.feature_share);
+    }
+    if (!model_.space_state) {
+        model_.space_state = descent_->begin(model_.components());
+        state_.window_mean = 0;
+    }
+    BallComponents components = model_.components();
+    SpaceState state = *model_.space_state;
+    const SpaceDescent::Report done = descent_->run_epoch(state_.rate_factor, components, state);
+    if (!std::isfinite(done.total) ||
+        (state_.window_mean > 0 && done.total > kAstray * state_.window_mean)) {
+        throw DivergenceError(fmt::format("epoch {}: the loss is {:.4g}, after {:.4g}",
+                                          state_.epoch + 1, done.total, state_.window_mean));
+    }
+    if (state_.window_mean == 0 || done.total < state_.window_mean) {
+        state_.window_mean = done.total;
+    }
+    model_.set_components(std::move(components));
+    model_.space_state = std::move(state);
+    EpochReport report{state_, done.total, {done.features, done.space}, state_.rate_factor, 0, 1};
+    report.state.step += SpaceDescent::kSteps;
+    return report;
 }
 
 CodeTable MultiscaleLearner::codes() { return model_.encode(shapes_, train_); }

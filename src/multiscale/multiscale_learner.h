@@ -2,45 +2,55 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "learning/mixed_features.h"
-#include "mscomp/acap/mirrored_features.h"
+#include "multiscale/alternating_squares.h"
 #include "multiscale/multiscale_model.h"
+#include "multiscale/space_descent.h"
+#include "multiscale/training_pool.h"
 
 namespace mscomp {
 
-/// Trains a multiscale model: an epoch is a round of alternating least squares. A round is a
-/// function of the components before, the shapes, the seed and its number.
+/// What learning needs of the place of a model.
+struct LearnerPlace {
+    const TriangleMesh& reference;
+    const std::string& weights;  // edge weights of the features
+    DistanceRows& distances;
+};
+
+/// Trains a multiscale model: an epoch is a round of alternating least squares, or later some steps
+/// of descent in space. Both are functions of the components before, the shapes, the seed, their
+/// number, and in space of the SpaceState of the model.
 class MultiscaleLearner final : public Learner {
   public:
     /// Borrows everything but `train`.
     MultiscaleLearner(MultiscaleModel& model, const MultiscaleSettings& settings,
-                      const TrainConfig& config, DistanceRows& distances, const ShapeSet& shapes,
+                      const TrainConfig& config, const LearnerPlace& place, const ShapeSet& shapes,
                       std::span<const int> train);
 
-    std::vector<std::string> term_names() const override { return {"reconstruction"}; }
+    std::vector<std::string> term_names() const override { return {"reconstruction", "space"}; }
     void start() override;
     void resume(const TrainingState& state) override { state_ = state; }
     const TrainingState& state() const override { return state_; }
     EpochReport run_epoch() override;
-    bool is_over() const override;
+    bool is_over() const override { return state_.epoch >= config_.epochs; }
     CodeTable codes() override;
 
   private:
-    void gather(std::int64_t epoch);
+    EpochReport alternate();
+    EpochReport descend();
 
     MultiscaleModel& model_;
     const MultiscaleSettings& settings_;
     const TrainConfig& config_;
-    DistanceRows& distances_;
+    LearnerPlace place_;
     const ShapeSet& shapes_;
     std::vector<int> train_;
-    std::optional<Mirror> mirror_;
-    std::optional<MirroredFeatures> mirrored_;
-    std::optional<MixedFeatures> mixed_;
-    std::vector<int> gathered_;  // shapes that rows_ has, by number in mixed_
-    std::unique_ptr<MetricRows> rows_;
+    TrainingPool pool_;
+    AlternatingSquares squares_;
+    std::unique_ptr<SpaceDescent> descent_;  // made when it begins
     TrainingState state_;
 };
 

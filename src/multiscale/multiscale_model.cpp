@@ -20,11 +20,10 @@ std::vector<float> roots_for(FeatureMetric metric, const TriangleMesh& reference
 }  // namespace
 
 MultiscaleModel::MultiscaleModel(const Config& config, const ModelPlace& place)
-    : reference_(place.reference), train_(config.train),
+    : reference_(place.reference), weights_(place.weights), train_(config.train),
       settings_(config.own<MultiscaleSettings>()),
       distances_(place.distances),
       scale_(place.scale, roots_for(settings_.metric, place.reference)) {
-    rings_ = one_rings_of_faces(place.reference.vertex_count(), place.reference.faces);
     int count = 0;
     for (const LevelSize& level : levels()) count += level.components;
     components_ = BallComponents(vertex_count(), std::vector<Ball>(at(count)));
@@ -166,7 +165,8 @@ void MultiscaleModel::set_components(BallComponents components) {
 
 std::unique_ptr<Learner> MultiscaleModel::learner(const ShapeSet& shapes,
                                                   std::span<const int> train) {
-    return std::make_unique<MultiscaleLearner>(*this, settings_, train_, distances_, shapes, train);
+    return std::make_unique<MultiscaleLearner>(
+        *this, settings_, train_, LearnerPlace{reference_, weights_, distances_}, shapes, train);
 }
 
 }  // namespace mscomp

@@ -14,6 +14,7 @@
 #include "multiscale/ball_components.h"
 #include "multiscale/joint_codes.h"
 #include "multiscale/metric_rows.h"
+#include "multiscale/space_descent.h"
 
 namespace mscomp {
 
@@ -45,14 +46,15 @@ class MultiscaleModel final : public LearnedModel {
     const BallComponents& components() const { return components_; }
     /// Codes that were made for the components before are forgotten.
     void set_components(BallComponents components);
+    /// Of a training that has come to descent in space; saved with the components.
+    std::optional<SpaceState> space_state;
 
   private:
+    std::optional<SpaceState> load_space_state(const SafetensorsFile& file) const;
     std::vector<float> sum(std::span<const float> codes, int levels) const;
 
-  public:
     const TriangleMesh& reference_;
-    OneRings rings_;
-  private:
+    const std::string weights_;
     const TrainConfig train_;
     const MultiscaleSettings settings_;
     DistanceRows& distances_;

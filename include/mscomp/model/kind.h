@@ -30,7 +30,8 @@ struct ModelPlace {
     /// worth encoding together.
     int shapes = 1;
     /// Cotangent weights beside the neighbours of one_rings_of_faces, for who asks.
-    std::function<std::vector<double>()> edge_weights;
+    std::function<std::vector<double>()> edge_weights = {};
+    std::string weights = "cotangent";  // edge weights that the features were made with
 };
 
 /// The keys of a kind, bound to the fields of a configuration.

@@ -29,8 +29,12 @@ struct MultiscaleSettings {
     std::vector<BallLevel> levels{{10, 0.4, 0.38}, {50, 0.35, 0.27}};
     FeatureMetric metric = FeatureMetric::area;
     CenterSpread spread;
-    int rounds = 30;        // of alternating least squares
-    double damping = 1e-3;  // of the components' least squares, relative to the mean square of a code
+    /// Of the components' least squares, as a part of the mean square of a code; what it leaves
+    /// open is as at the neighbours.
+    double damping = 0.01;
+    int rounds = 30;     // epochs of alternating least squares; those beyond lower the error in space
+    bool mirror = true;  // learns from the mirror images, too, where the reference is symmetric
+    double feature_share = 0.3;  // what the error of features counts beside that in space
 };
 
 /// The kind `multiscale`: components on balls of the surface, level by level, fitted to the shapes

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "multiscale/space_descent.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "mscomp/base/parallel.h"
+#include "multiscale/joint_codes.h"
+
+namespace mscomp {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRate = 0.03;            // of Adam, beside the root mean square of a value
+constexpr double kRateSteps = 25;         // after so many steps it is 1 / sqrt(2) of that
+constexpr double kDecay1 = 0.9, kDecay2 = 0.99;
+constexpr double kCodeDamping = 0.02;     // of normal matrices
+constexpr double kCodeStep = 0.5;
+
+double mean_of(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double root_mean_square(std::span<const float> values) {
+    double sum = 0;
+    std::size_t count = 0;
+    for (const float x : values) {
+        sum += static_cast<double>(x) * static_cast<double>(x);
+        count += x != 0 ? 1 : 0;
+    }
+    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0;
+}
+
+}  // namespace
+
+/// Gauss-Newton steps of the codes of every shape, with matrices of one moment.
+class SpaceDescent::Codes {
+  public:
+    Codes(const SpaceError& error, const BallComponents& components, const MatrixXd& start,
+          const MatrixXd& codes)
+        : start_(start), factors_(at(codes.cols())) {
+        // As the prior of VertexFit, whose error is 10⁻⁶ of this.
+        stiffness_ = VectorXd(codes.rows());
+        for (Index k = 0; k < codes.rows(); ++k) {
+            const double square = start.row(k).squaredNorm() / static_cast<double>(start.cols());
+            stiffness_[k] = square > 0 ? 1 / (square * static_cast<double>(codes.rows())) : 1;
+        }
+        parallel_for(codes.cols(), [&](std::int64_t m) {
+            MatrixXd h = error.normal_matrix(components, codes.col(m), static_cast<int>(m));
+            h.diagonal() *= 1 + kCodeDamping;
+            h.diagonal() += stiffness_;
+            factors_[at(m)].compute(h);
+        });
+    }
+    void step(const MatrixXd& gradient, MatrixXd& codes) const {
+        for (Index m = 0; m < codes.cols(); ++m) {
+            const VectorXd wanted = 0.5 * gradient.col(m) +
+                                    stiffness_.cwiseProduct(codes.col(m) - start_.col(m));
+            codes.col(m) -= kCodeStep * factors_[at(m)].solve(wanted);
+        }
+    }
+
+  private:
+    const MatrixXd& start_;
+    VectorXd stiffness_;
+    std::vector<Eigen::LLT<MatrixXd>> factors_;
+};
+
+SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& weights,
+                           const MetricScale& scale, const MetricRows& rows, double feature_share)
+    : scale_(scale),
+      rows_(rows),
+      error_(reference, weights, scale, rows),
+      feature_share_(feature_share) {}
+
+SpaceState SpaceDescent::begin(const BallComponents& components) const {
+    const std::size_t size = components.all_values().size();
+    return {JointCodes(components).solve(products(components, rows_)),
+            std::vector<float>(size, 0.0F), std::vector<float>(size, 0.0F), 0};
+}
+
+namespace {
+
+/// Adds weight Σ_m z_m g_m to the gradient, g (9,shapes) of a vertex, z (shapes,K).
+template <class Rows>
+void add_vertex(const BallComponents& components, const MatrixXd& codes, int v, const Rows& g,
+                double weight, std::vector<float>& gradient) {
+    const auto acting = components.at_vertex(v);
+    float* to = gradient.data() + components.first_value(v);
+    for (std::size_t a = 0; a < acting.size(); ++a) {
+        const Eigen::Matrix<double, 9, 1> sum = weight * (g * codes.col(acting[a]));
+        for (Index c = 0; c < 9; ++c) to[9 * a + at(c)] += static_cast<float>(sum[c]);
+    }
+}
+
+using VertexRows = Eigen::Matrix<float, 9, Eigen::Dynamic, Eigen::RowMajor>;
+using DoubleRows = Eigen::Matrix<double, 9, Eigen::Dynamic, Eigen::RowMajor>;
+
+DoubleRows rows_at(const MetricRows& rows, int v) {
+    return Eigen::Map<const VertexRows>(rows.vertex(v).data(), 9, rows.shape_count())
+        .cast<double>();
+}
+
+template <class Body>
+double sum_over_vertices_of(int vertices, const Body& body) {
+    const Chunks chunks{vertices, 64};
+    std::vector<double> sums(at(chunks.count()), 0.0);
+    parallel_for(chunks.count(), [&](std::int64_t i) {
+        for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v) {
+            sums[at(i)] += body(static_cast<int>(v));
+        }
+    });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+}  // namespace
+
+/// Mean F, and its gradient at fixed joint codes times `weight`.
+double SpaceDescent::add_feature_gradient(const BallComponents& components, double weight,
+                                          std::vector<float>& gradient) const {
+    const MatrixXd codes =
+        JointCodes(components).solve(products(components, rows_)).transpose();
+    const double count = rows_.shape_count();
+    const double sum = sum_over_vertices_of(rows_.vertex_count(), [&](int v) {
+        DoubleRows left = rows_at(rows_, v);
+        const auto acting = components.at_vertex(v);
+        const auto values = components.values(v);
+        for (std::size_t a = 0; a < acting.size(); ++a) {
+            const Eigen::Map<const Eigen::Matrix<float, 9, 1>> own(values.data() + 9 * a);
+            left.noalias() -= own.cast<double>() * codes.col(acting[a]).transpose();
+        }
+        add_vertex(components, codes, v, left, -2 * weight / count, gradient);
+        return left.squaredNorm();
+    });
+    return sum / count;
+}
+
+void SpaceDescent::add_space_gradient(const BallComponents& components, const MatrixXd& codes,
+                                      const MetricRows& by_row,
+                                      std::vector<float>& gradient) const {
+    const MatrixXd z = codes.transpose();
+    sum_over_vertices_of(rows_.vertex_count(), [&](int v) {
+        add_vertex(components, z, v, rows_at(by_row, v), 1.0 / rows_.shape_count(), gradient);
+        return 0.0;
+    });
+}
+
+/// Adam, whose steps are of the size of the rate: beside the root mean square of a value, and more
+/// where a vertex counts more.
+void SpaceDescent::update(double rate, const std::vector<float>& gradient,
+                          BallComponents& components, SpaceState& state) const {
+    constexpr double kTiny = 1e-30;
+    const auto steps = static_cast<double>(++state.steps);
+    const double step = rate / std::sqrt(1 + steps / kRateSteps);
+    const double bias1 = 1 - std::pow(kDecay1, steps), bias2 = 1 - std::pow(kDecay2, steps);
+    const std::span<float> values = components.all_values();
+    sum_over_vertices_of(components.vertex_count(), [&](int v) {
+        const std::size_t first = components.first_value(v);
+        const std::size_t count = components.values(v).size();
+        for (std::size_t i = first; i < first + count; ++i) {
+            const auto g = static_cast<double>(gradient[i]);
+            const double m = kDecay1 * static_cast<double>(state.moment1[i]) + (1 - kDecay1) * g;
+            const double q =
+                kDecay2 * static_cast<double>(state.moment2[i]) + (1 - kDecay2) * g * g;
+            state.moment1[i] = static_cast<float>(m);
+            state.moment2[i] = static_cast<float>(q);
+            if (!(q > kTiny)) continue;
+            values[i] = static_cast<float>(static_cast<double>(values[i]) -
+                                           step * static_cast<double>(scale_.root(v)) *
+                                               (m / bias1) / std::sqrt(q / bias2));
+        }
+        return 0.0;
+    });
+}
+
+SpaceDescent::Report SpaceDescent::run_epoch(double rate, BallComponents& components,
+                                             SpaceState& state) const {
+    const MatrixXd start = state.codes;
+    const Codes gauss_newton(error_, components, start, state.codes);
+    const double size = kRate * rate * root_mean_square(components.all_values());
+    MetricRows by_row(rows_.vertex_count(), rows_.shape_count());
+    std::vector<float> gradient(components.all_values().size());
+    Report report;
+    double weight = 0;
+    for (int step = 0; step < kSteps; ++step) {
+        std::ranges::fill(gradient, 0.0F);
+        const double space = mean_of(error_.evaluate(components, state.codes, by_row));
+        if (step == 0) {
+            const double features = add_feature_gradient(components, 0, gradient);
+            weight = features > 0 ? feature_share_ * space / features : 0;
+        }
+        const double features = add_feature_gradient(components, weight, gradient);
+        add_space_gradient(components, state.codes, by_row, gradient);
+        const MatrixXd by_code = products(components, by_row);
+        gauss_newton.step(by_code, state.codes);
+        update(size, gradient, components, state);
+        report.space += space / kSteps;
+        report.features += features / kSteps;
+        report.total += (space + weight * features) / kSteps;
+    }
+    return report;
+}
+
+}  // namespace mscomp

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mscomp/acap/feature_layer.h"
+#include "mscomp/acap/reconstruct.h"
+#include "mscomp/base/mesh_data.h"
+#include "multiscale/ball_components.h"
+#include "multiscale/metric_rows.h"
+
+namespace mscomp {
+
+/// How far the positions of some shapes are from what components and codes make of them (method
+/// §9, stage B): E = 10⁶ s² / (3V) |p - g P|² with p from the tangential layer, P the positions of
+/// the shape's own features, g the best rigid motion and s = 1 / radius: the square of what E_rms
+/// is for one shape. Borrows the scale.
+class SpaceError {
+  public:
+    /// Of the mapped features `shapes`; `weights` are the edge weights that they were made with.
+    SpaceError(const TriangleMesh& reference, const std::string& weights, const MetricScale& scale,
+               const MetricRows& shapes);
+
+    int shape_count() const { return shape_count_; }
+    /// E of every shape at codes (K,shapes), and overwrites `gradient` with its derivative in every
+    /// mapped feature. The same bits for any number of threads.
+    std::vector<double> evaluate(const BallComponents& components, const Eigen::MatrixXd& codes,
+                                 MetricRows& gradient) const;
+    /// H = JᵀJ (K,K) of E in the codes (K) of shape `m`, the rigid motion eliminated: 2 H is its
+    /// Hessian but for second derivatives of positions.
+    Eigen::MatrixXd normal_matrix(const BallComponents& components, const Eigen::VectorXd& codes,
+                                  int m) const;
+
+  private:
+    std::vector<double> features(const BallComponents& components, const Eigen::MatrixXd& codes,
+                                 int first, int count) const;
+    double compare(int m, std::span<const double> positions, std::span<double> gradient) const;
+
+    const MetricScale& scale_;
+    int shape_count_;
+    double weight_;  // 10⁶ s² / (3V)
+    FeatureLayer layer_;
+    LosslessReconstruction lossless_;
+    std::vector<std::vector<Point>> targets_;
+};
+
+}  // namespace mscomp
