@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -12,6 +13,11 @@
 #include "multiscale/ball_start.h"
 
 namespace mscomp {
+namespace {
+
+constexpr double kAstray = 1.35;  // times the best loss (method §9)
+
+}  // namespace
 
 MultiscaleLearner::MultiscaleLearner(MultiscaleModel& model, const MultiscaleSettings& settings,
                                      const TrainConfig& config, const LearnerPlace& place,
@@ -62,32 +68,36 @@ EpochReport MultiscaleLearner::alternate() {
 
 /// TrainingState::window_mean is the lowest mean loss of an epoch in space so far.
 EpochReport MultiscaleLearner::descend() {
-    constexpr double kAstray = 1.35;
+    const MetricRows& rows = pool_.rows(settings_.rounds);
     if (!descent_) {
         descent_ = std::make_unique<SpaceDescent>(place_.reference, place_.weights, model_.scale(),
-                                                  pool_.rows(settings_.rounds),
-                                                  settings_.feature_share);
-    }
-    if (!model_.space_state) {
-        model_.space_state = descent_->begin(model_.components());
-        state_.window_mean = 0;
+                                                  rows, settings_.feature_share);
     }
     BallComponents components = model_.components();
-    SpaceState state = *model_.space_state;
-    const SpaceDescent::Report done = descent_->run_epoch(state_.rate_factor, components, state);
-    if (!std::isfinite(done.total) ||
-        (state_.window_mean > 0 && done.total > kAstray * state_.window_mean)) {
+    SpaceState state = model_.space_state ? *model_.space_state : descent_->begin(components);
+    double best = model_.space_state ? state_.window_mean : 0;
+    const SpaceDescent::Report done = descend_from(components, state);
+    if (best == 0) best = done.first;
+    if (!std::isfinite(done.total) || done.total > kAstray * best) {
         throw DivergenceError(fmt::format("epoch {}: the loss is {:.4g}, after {:.4g}",
-                                          state_.epoch + 1, done.total, state_.window_mean));
+                                          state_.epoch + 1, done.total, best));
     }
-    if (state_.window_mean == 0 || done.total < state_.window_mean) {
-        state_.window_mean = done.total;
-    }
+    state_.window_mean = std::min(best, done.total);
     model_.set_components(std::move(components));
     model_.space_state = std::move(state);
     EpochReport report{state_, done.total, {done.features, done.space}, state_.rate_factor, 0, 1};
     report.state.step += SpaceDescent::kSteps;
     return report;
+}
+
+/// Features that are not finite are no error of the shapes here.
+SpaceDescent::Report MultiscaleLearner::descend_from(BallComponents& components,
+                                                     SpaceState& state) const {
+    try {
+        return descent_->run_epoch(state_.rate_factor, components, state);
+    } catch (const NumericalError& error) {
+        throw DivergenceError(fmt::format("epoch {}: {}", state_.epoch + 1, error.what()));
+    }
 }
 
 CodeTable MultiscaleLearner::codes() { return model_.encode(shapes_, train_); }

@@ -41,6 +41,7 @@ class MultiscaleLearner final : public Learner {
   private:
     EpochReport alternate();
     EpochReport descend();
+    SpaceDescent::Report descend_from(BallComponents& components, SpaceState& state) const;
 
     MultiscaleModel& model_;
     const MultiscaleSettings& settings_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "mscomp/base/parallel.h"
@@ -15,10 +16,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kRate = 0.03;            // of Adam, beside the root mean square of a value
-constexpr double kRateSteps = 25;         // after so many steps it is 1 / sqrt(2) of that
+// Of Adam, beside the root mean square of a value and the part of the features that is not explained.
+constexpr double kRate = 0.3;
+constexpr double kRateSteps = 25;  // after so many steps it is 1 / sqrt(2) of that
 constexpr double kDecay1 = 0.9, kDecay2 = 0.99;
-constexpr double kCodeDamping = 0.02;     // of normal matrices
+constexpr double kCodeDamping = 0.02;  // of normal matrices
 constexpr double kCodeStep = 0.5;
 
 double mean_of(const std::vector<double>& values) {
@@ -70,13 +72,6 @@ class SpaceDescent::Codes {
     std::vector<Eigen::LLT<MatrixXd>> factors_;
 };
 
-SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& weights,
-                           const MetricScale& scale, const MetricRows& rows, double feature_share)
-    : scale_(scale),
-      rows_(rows),
-      error_(reference, weights, scale, rows),
-      feature_share_(feature_share) {}
-
 SpaceState SpaceDescent::begin(const BallComponents& components) const {
     const std::size_t size = components.all_values().size();
     return {JointCodes(components).solve(products(components, rows_)),
@@ -118,6 +113,18 @@ double sum_over_vertices_of(int vertices, const Body& body) {
 }
 
 }  // namespace
+
+SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& weights,
+                           const MetricScale& scale, const MetricRows& rows, double feature_share)
+    : scale_(scale),
+      rows_(rows),
+      error_(reference, weights, scale, rows),
+      feature_share_(feature_share) {
+    energy_ = sum_over_vertices_of(rows.vertex_count(),
+                                   [&](int v) { return rows_at(rows, v).squaredNorm(); }) /
+              rows.shape_count();
+    energy_ = std::max(energy_, std::numeric_limits<double>::min());
+}
 
 /// Mean F, and its gradient at fixed joint codes times `weight`.
 double SpaceDescent::add_feature_gradient(const BallComponents& components, double weight,
@@ -181,7 +188,7 @@ SpaceDescent::Report SpaceDescent::run_epoch(double rate, BallComponents& compon
                                              SpaceState& state) const {
     const MatrixXd start = state.codes;
     const Codes gauss_newton(error_, components, start, state.codes);
-    const double size = kRate * rate * root_mean_square(components.all_values());
+    double size = kRate * rate * root_mean_square(components.all_values());
     MetricRows by_row(rows_.vertex_count(), rows_.shape_count());
     std::vector<float> gradient(components.all_values().size());
     Report report;
@@ -192,6 +199,8 @@ SpaceDescent::Report SpaceDescent::run_epoch(double rate, BallComponents& compon
         if (step == 0) {
             const double features = add_feature_gradient(components, 0, gradient);
             weight = features > 0 ? feature_share_ * space / features : 0;
+            size *= std::sqrt(std::min(1.0, features / energy_));
+            if (getenv("DBG")) fprintf(stderr, "rho %g\n", std::sqrt(features / energy_));
         }
         const double features = add_feature_gradient(components, weight, gradient);
         add_space_gradient(components, state.codes, by_row, gradient);
@@ -201,6 +210,7 @@ SpaceDescent::Report SpaceDescent::run_epoch(double rate, BallComponents& compon
         report.space += space / kSteps;
         report.features += features / kSteps;
         report.total += (space + weight * features) / kSteps;
+        if (step == 0) report.first = report.total * kSteps;
     }
     return report;
 }

@@ -33,6 +33,7 @@ class SpaceDescent {
     struct Report {
         double space = 0, features = 0;  // E and F as they are
         double total = 0;
+        double first = 0;  // the total of the first step
     };
     /// Normal matrices anew, then kSteps steps at `rate` times what is usual.
     Report run_epoch(double rate, BallComponents& components, SpaceState& state) const;
@@ -52,6 +53,7 @@ class SpaceDescent {
     const MetricRows& rows_;
     SpaceError error_;
     double feature_share_;
+    double energy_;  // mean squared size of a shape
 };
 
 }  // namespace mscomp

@@ -25,7 +25,7 @@ std::vector<Point> as_points(std::span<const double> positions) {
 /// p - g P for the best rigid motion g.
 std::vector<Point> left_of(const std::vector<Point>& positions, const std::vector<Point>& target) {
     std::vector<Point> left = moved(target, best_rigid_motion(target, positions));
-    for (std::size_t v = 0; v < left.size(); ++v) left[v] = difference(positions[v], left[v]);
+    for (std::size_t v = 0; v < left.size(); ++v) left[v] = minus(positions[v], left[v]);
     return left;
 }
 

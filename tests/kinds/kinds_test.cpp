@@ -17,6 +17,7 @@
 #include "mscomp/model/components.h"
 #include "mscomp/model/divergence.h"
 #include "mscomp/model/model_file.h"
+#include "mscomp/multiscale/multiscale.h"
 #include "mscomp/nn/kinds.h"
 #include "nn/network.h"
 #include "nn/network_files.h"
@@ -75,6 +76,11 @@ class EachKind : public testing::TestWithParam<std::string> {
         if (auto* spectral = std::any_cast<SpectralSettings>(&config_.settings)) {
             spectral->model.components = 3;
         }
+        if (auto* multiscale = std::any_cast<MultiscaleSettings>(&config_.settings)) {
+            multiscale->global_components = 1;
+            multiscale->levels = {{3, 0.4, 0.5}, {6, 0.3, 0.3}};
+            multiscale->rounds = 5;
+        }
         config_.train.fill_up_to = 14;
         config_.train.batch = 8;
         config_.train.plateau_epochs = 0;
@@ -82,7 +88,7 @@ class EachKind : public testing::TestWithParam<std::string> {
     }
     void TearDown() override { set_thread_count(0); }
 
-    bool is_network() const { return kind_named(GetParam()).rows == ShapeRows::features; }
+    bool works_on_features() const { return kind_named(GetParam()).rows == ShapeRows::features; }
     std::unique_ptr<LearnedModel> make(ModelUse use = ModelUse::training) {
         const std::size_t edges =
             one_rings_of_faces(problem_.mesh.vertex_count(), problem_.mesh.faces).neighbors.size();
@@ -128,6 +134,9 @@ TEST_P(EachKind, StartsAndLearns) {
         config_.train.start = start;
         config_.train.fill_up_to = 0;
         config_.train.batch = 12;
+        if (auto* multiscale = std::any_cast<MultiscaleSettings>(&config_.settings)) {
+            multiscale->rounds = 21;
+        }
         const auto model = make();
         const auto learner = model->learner(shapes_, problem_.shapes);
         learner->start();
@@ -137,7 +146,7 @@ TEST_P(EachKind, StartsAndLearns) {
         go_on(*learner, 21);
         const double last = learner->state().total;
         EXPECT_TRUE(std::isfinite(last));
-        if (!is_network()) continue;
+        if (!works_on_features()) continue;
         EXPECT_EQ(learner->state().step, 21);
         EXPECT_TRUE(last < first) << first << ", then " << last;
     }
@@ -195,7 +204,7 @@ TEST_P(EachKind, ResumedIsUninterrupted) {
 // A rate far too high is noticed, at the latest when the model shall be saved, and an earlier state
 // loaded into the very same model goes on as if nothing had been.
 TEST_P(EachKind, WhatGoesAstrayIsNoticedAndUndone) {
-    if (!is_network()) GTEST_SKIP() << "a closed form has no rate";
+    if (!works_on_features()) GTEST_SKIP() << "a closed form has no rate";
     const auto model = make();
     const auto learner = train(*model, 4);
     const ModelFile good(save(*model, *learner));
@@ -244,7 +253,7 @@ TEST_P(EachKind, WhatTrainsIsNotTakenForAstray) {
 // The reference is at zero, and without biases what is zero comes back as zero: training moves it
 // nowhere.
 TEST_P(EachKind, GivesItsReferenceBack) {
-    if (!is_network()) GTEST_SKIP() << "principal components are around the mean";
+    if (!works_on_features()) GTEST_SKIP() << "principal components are around the mean";
     scale_ = around_reference(2);
     if (auto* stacked = std::any_cast<StackedSettings>(&config_.settings)) {
         stacked->model.bias = false;
