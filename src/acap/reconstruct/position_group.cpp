@@ -140,7 +140,7 @@ void PositionGroup::set(std::span<const double> by_position) {
     const std::size_t size = 3 * vertex_count();
     const std::size_t shape_count = size > 0 ? by_position.size() / size : 0;
     assert(by_position.size() == shape_count * size && shape_count <= kSize);
-    if (shape_count < kSize) clear();
+    clear();
     for (std::size_t i = 0; i < vertex_count(); ++i) {
         for (std::size_t k = 0; k < shape_count; ++k) {
             for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -158,9 +158,7 @@ void PositionGroup::set(std::span<const double> by_position) {
             for (std::size_t k = 0; k < kSize; ++k) row[k] -= mean[k];
         }
     }
-    if (changes_.empty()) return;
-    std::ranges::fill(changes_, Matrices{});
-    take_back_shifts(shape_count);
+    if (!changes_.empty()) take_back_shifts(shape_count);
 }
 
 void PositionGroup::solve_adjoint() { solve(); }  // the matrix is symmetric
