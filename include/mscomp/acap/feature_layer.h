@@ -23,9 +23,9 @@ enum class LayerEquations {
 /// T = exp(r) S. Connected components are joined as by Pieces::joined; the centroid of each shape
 /// is 0. The features of the reference give the reference itself.
 ///
-/// Every shape's result is the same bit for bit for any number of threads and whatever other shapes
-/// come with it; eight shapes at a time take hardly longer than one. Both calls are safe from
-/// several threads; memory that they need is kept for the next.
+/// Shapes are solved eight at a time, and every shape's result is the same bit for bit for any
+/// number of threads and whatever other shapes come with it. Both calls are safe from several
+/// threads; memory that they need is kept for the next.
 class FeatureLayer {
   public:
     /// Factorises. Throws MeshError and NumericalError as the reconstructions do.

@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "acap/rotation.h"
-#include "feature_derivative.h"
+#include "feature_lanes.h"
 #include "mscomp/acap/alignment.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/feature_set.h"
@@ -62,14 +61,33 @@ std::vector<double> centered(const std::vector<Point>& points) {
     return result;
 }
 
-Feature feature_at(std::span<const double> features, std::size_t place) {
-    return Eigen::Map<const Feature>(features.data() + place * kFeatureDim);
+/// One vertex of up to PositionGroup::kSize shapes of (V,9) each.
+void read_lanes(std::span<const double> features, std::size_t vertex, std::size_t size,
+                NineLanes& lanes) {
+    for (std::size_t k = 0; k * size < features.size(); ++k) {
+        const double* feature = features.data() + k * size + vertex * kFeatureDim;
+        for (std::size_t c = 0; c < kFeatureDim; ++c) lanes[c][k] = feature[c];
+    }
+}
+void write_lanes(const NineLanes& lanes, std::size_t vertex, std::size_t size,
+                 std::span<double> features) {
+    for (std::size_t k = 0; k * size < features.size(); ++k) {
+        double* feature = features.data() + k * size + vertex * kFeatureDim;
+        for (std::size_t c = 0; c < kFeatureDim; ++c) feature[c] = lanes[c][k];
+    }
 }
 
-void check_finite(const Eigen::Matrix3d& gradient, std::size_t shape, std::size_t vertex) {
-    if (gradient.allFinite()) return;
-    throw NumericalError(
-        fmt::format("feature of shape {}, vertex {} is not finite", shape, vertex));
+/// Of the first of the shapes for which something is not finite; they are numbered from `first`.
+void check_finite(const NineLanes& lanes, std::size_t first, std::size_t vertex) {
+    Lanes<8> zero{};  // x 0 is NaN of what is not finite
+    for (const Lanes<8>& channel : lanes) {
+        for (std::size_t k = 0; k < 8; ++k) zero[k] += 0 * channel[k];
+    }
+    for (std::size_t k = 0; k < 8; ++k) {
+        if (zero[k] == 0) continue;
+        throw NumericalError(
+            fmt::format("feature of shape {}, vertex {} is not finite", first + k, vertex));
+    }
 }
 
 void check_size(std::size_t count, const char* what, std::size_t shapes, std::size_t vertices,
@@ -130,18 +148,17 @@ int FeatureLayer::vertex_count() const { return static_cast<int>(state_->vertex_
 
 void FeatureLayer::positions(std::span<const double> features, std::span<double> positions) const {
     const std::size_t vertex_count = state_->vertex_count(), size = 3 * vertex_count;
+    const std::size_t feature_size = kFeatureDim * vertex_count;
     const std::size_t shape_count = state_->shape_count(features);
     check_size(positions.size(), "positions", shape_count, vertex_count, 3);
     const auto solve = [&](PositionGroup& group, std::size_t first, std::size_t count) {
+        const auto own = features.subspan(first * feature_size, count * feature_size);
+        NineLanes lanes{}, changes;
         group.clear();
-        PositionGroup::Matrices changes{};
         for (std::size_t v = 0; v < vertex_count; ++v) {
-            for (std::size_t k = 0; k < count; ++k) {
-                const Eigen::Matrix3d gradient =
-                    gradient_of_feature(feature_at(features, (first + k) * vertex_count + v));
-                check_finite(gradient, first + k, v);
-                PositionGroup::set_matrix(changes, k, gradient - Eigen::Matrix3d::Identity());
-            }
+            read_lanes(own, v, feature_size, lanes);
+            gradient_changes(lanes, turns_of_features(lanes), changes);
+            check_finite(changes, first, v);
             group.add(v, changes);
         }
         group.solve();
@@ -157,23 +174,23 @@ void FeatureLayer::positions(std::span<const double> features, std::span<double>
 void FeatureLayer::adjoint(std::span<const double> features, std::span<const double> by_position,
                            std::span<double> by_feature) const {
     const std::size_t vertex_count = state_->vertex_count(), size = 3 * vertex_count;
+    const std::size_t feature_size = kFeatureDim * vertex_count;
     const std::size_t shape_count = state_->shape_count(features);
     check_size(by_position.size(), "derivatives by positions", shape_count, vertex_count, 3);
     check_size(by_feature.size(), "derivatives by features", shape_count, vertex_count,
                kFeatureDim);
     const auto solve = [&](PositionGroup& group, std::size_t first, std::size_t count) {
+        const auto own = features.subspan(first * feature_size, count * feature_size);
+        const auto own_result = by_feature.subspan(first * feature_size, count * feature_size);
+        NineLanes lanes{}, by_gradient, result;
         group.set(by_position.subspan(first * size, count * size));
         group.solve_adjoint();
-        PositionGroup::Matrices by_gradient;
         for (std::size_t v = 0; v < vertex_count; ++v) {
+            read_lanes(own, v, feature_size, lanes);
+            check_finite(lanes, first, v);
             group.by_gradient(v, by_gradient);
-            for (std::size_t k = 0; k < count; ++k) {
-                const std::size_t place = (first + k) * vertex_count + v;
-                const FeatureDerivative derivative(feature_at(features, place));
-                check_finite(derivative.gradient, first + k, v);
-                Eigen::Map<Feature>(by_feature.data() + place * kFeatureDim) =
-                    derivative.adjoint(PositionGroup::matrix(by_gradient, k));
-            }
+            feature_adjoint(lanes, turns_of_features(lanes), by_gradient, result);
+            write_lanes(result, v, feature_size, own_result);
         }
     };
     state_->for_each_group(shape_count, solve);

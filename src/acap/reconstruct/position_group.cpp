@@ -116,24 +116,21 @@ void PositionGroup::get(std::span<double> changes) const {
     const std::size_t shape_count = size > 0 ? changes.size() / size : 0;
     assert(changes.size() == shape_count * size && shape_count <= kSize);
     const std::vector<int>& component = positions_.placement.component();
-    std::vector<Vectors> shifts = shifts_of_components(shape_count);
+    const std::vector<Vectors> shifts = shifts_of_components(shape_count);
+    Vectors mean{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        Lanes<kSize> mean{};
         for (std::size_t i = 0; i < vertex_count(); ++i) {
             const Lanes<kSize>& shift = shifts[at(component[i])][axis];
-            for (std::size_t k = 0; k < kSize; ++k) mean[k] += rows_[axis][i][k] + shift[k];
+            for (std::size_t k = 0; k < kSize; ++k) mean[axis][k] += rows_[axis][i][k] + shift[k];
         }
-        for (Vectors& shift : shifts) {
-            for (std::size_t k = 0; k < kSize; ++k) {
-                shift[axis][k] -= mean[k] / static_cast<double>(vertex_count());
-            }
-        }
+        for (double& x : mean[axis]) x /= static_cast<double>(vertex_count());
     }
     for (std::size_t i = 0; i < vertex_count(); ++i) {
         const Vectors& shift = shifts[at(component[i])];
         for (std::size_t k = 0; k < shape_count; ++k) {
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                changes[k * size + 3 * i + axis] = rows_[axis][i][k] + shift[axis][k];
+                changes[k * size + 3 * i + axis] =
+                    rows_[axis][i][k] + shift[axis][k] - mean[axis][k];
             }
         }
     }
@@ -143,7 +140,7 @@ void PositionGroup::set(std::span<const double> by_position) {
     const std::size_t size = 3 * vertex_count();
     const std::size_t shape_count = size > 0 ? by_position.size() / size : 0;
     assert(by_position.size() == shape_count * size && shape_count <= kSize);
-    if (shape_count < kSize) clear();
+    clear();
     for (std::size_t i = 0; i < vertex_count(); ++i) {
         for (std::size_t k = 0; k < shape_count; ++k) {
             for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -161,9 +158,7 @@ void PositionGroup::set(std::span<const double> by_position) {
             for (std::size_t k = 0; k < kSize; ++k) row[k] -= mean[k];
         }
     }
-    if (changes_.empty()) return;
-    std::ranges::fill(changes_, Matrices{});
-    take_back_shifts(shape_count);
+    if (!changes_.empty()) take_back_shifts(shape_count);
 }
 
 void PositionGroup::solve_adjoint() { solve(); }  // the matrix is symmetric

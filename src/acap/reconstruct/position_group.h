@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "feature_lanes.h"
 #include "linear_positions.h"
 
 namespace mscomp {
@@ -16,8 +17,7 @@ namespace mscomp {
 class PositionGroup {
   public:
     static constexpr std::size_t kSize = 8;
-    /// One (3,3) matrix for each shape, row by row.
-    using Matrices = std::array<Lanes<kSize>, 9>;
+    using Matrices = NineLanes;
 
     static Eigen::Matrix3d matrix(const Matrices& matrices, std::size_t shape) {
         Eigen::Matrix3d result;
