@@ -200,7 +200,6 @@ SpaceDescent::Report SpaceDescent::run_epoch(double rate, BallComponents& compon
             const double features = add_feature_gradient(components, 0, gradient);
             weight = features > 0 ? feature_share_ * space / features : 0;
             size *= std::sqrt(std::min(1.0, features / energy_));
-            if (getenv("DBG")) fprintf(stderr, "rho %g\n", std::sqrt(features / energy_));
         }
         const double features = add_feature_gradient(components, weight, gradient);
         add_space_gradient(components, state.codes, by_row, gradient);

@@ -56,23 +56,30 @@ SpaceError::SpaceError(const TriangleMesh& reference, const std::string& weights
 /// Unscaled features (count,V,9) of shapes `first` on.
 std::vector<double> SpaceError::features(const BallComponents& components,
                                          const Eigen::MatrixXd& codes, int first, int count) const {
-    const int vertices = scale_.vertex_count();
-    std::vector<double> rows(at(count) * at(vertices) * kFeatureDim);
-    const Chunks chunks{vertices, 256};
+    using Nine = Eigen::Matrix<double, 9, Eigen::Dynamic>;
+    const std::size_t size = at(scale_.vertex_count()) * kFeatureDim;
+    std::vector<double> rows(at(count) * size);
+    const Eigen::MatrixXd z = codes.middleCols(first, count).transpose();
+    const Chunks chunks{scale_.vertex_count(), 256};
     parallel_for(chunks.count(), [&](std::int64_t i) {
+        Eigen::Matrix<double, Eigen::Dynamic, 9> sum(count, 9);
         for (std::int64_t n = chunks.begin(i); n < chunks.end(i); ++n) {
             const int v = static_cast<int>(n);
             const auto acting = components.at_vertex(v);
-            const auto values = components.values(v);
-            for (int m = 0; m < count; ++m) {
-                double* row = rows.data() + (at(m) * at(vertices) + at(v)) * kFeatureDim;
-                for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                    double sum = 0;
-                    for (std::size_t a = 0; a < acting.size(); ++a) {
-                        sum += codes(acting[a], first + m) *
-                               static_cast<double>(values[kFeatureDim * a + c]);
-                    }
-                    row[c] = scale_.offset(c) + scale_.unmap_factor(v, c) * sum;
+            const Nine values =
+                Eigen::Map<const Eigen::Matrix<float, 9, Eigen::Dynamic>>(
+                    components.values(v).data(), 9, static_cast<Eigen::Index>(acting.size()))
+                    .cast<double>();
+            sum.setZero();
+            for (std::size_t a = 0; a < acting.size(); ++a) {
+                sum.noalias() +=
+                    z.col(acting[a]) * values.col(static_cast<Eigen::Index>(a)).transpose();
+            }
+            for (std::size_t c = 0; c < kFeatureDim; ++c) {
+                const double factor = scale_.unmap_factor(v, c), offset = scale_.offset(c);
+                double* to = rows.data() + at(v) * kFeatureDim + c;
+                for (Eigen::Index m = 0; m < count; ++m) {
+                    to[at(m) * size] = offset + factor * sum(m, static_cast<Eigen::Index>(c));
                 }
             }
         }
@@ -92,10 +99,29 @@ double SpaceError::compare(int m, std::span<const double> positions,
     return error;
 }
 
+/// Derivatives in features (count,V,9) of shapes `first` on as those in mapped ones.
+void SpaceError::take_gradient(std::span<const double> by_feature, int first, int count,
+                               MetricRows& gradient) const {
+    const std::size_t size = at(scale_.vertex_count()) * kFeatureDim;
+    const Chunks chunks{scale_.vertex_count(), 256};
+    parallel_for(chunks.count(), [&](std::int64_t chunk) {
+        for (std::int64_t v = chunks.begin(chunk); v < chunks.end(chunk); ++v) {
+            for (std::size_t c = 0; c < kFeatureDim; ++c) {
+                const double factor = scale_.unmap_factor(static_cast<int>(v), c);
+                const std::size_t i = at(v) * kFeatureDim + c;
+                for (int m = 0; m < count; ++m) {
+                    gradient.set(i, first + m,
+                                 static_cast<float>(factor * by_feature[at(m) * size + i]));
+                }
+            }
+        }
+    });
+}
+
 std::vector<double> SpaceError::evaluate(const BallComponents& components,
                                          const Eigen::MatrixXd& codes, MetricRows& gradient) const {
     std::vector<double> errors(at(shape_count_));
-    const std::size_t vertices = at(scale_.vertex_count()), size = vertices * kFeatureDim;
+    const std::size_t vertices = at(scale_.vertex_count());
     std::vector<double> positions, by_position, by_feature;
     for (int first = 0; first < shape_count_; first += kAtOnce) {
         const int count = std::min(kAtOnce, shape_count_ - first);
@@ -112,14 +138,7 @@ std::vector<double> SpaceError::evaluate(const BallComponents& components,
                         std::span(by_position).subspan(begin, 3 * vertices));
         });
         layer_.adjoint(rows, by_position, by_feature);
-        parallel_for(count, [&](std::int64_t m) {
-            for (std::size_t i = 0; i < size; ++i) {
-                const double factor =
-                    scale_.unmap_factor(static_cast<int>(i / kFeatureDim), i % kFeatureDim);
-                gradient.set(i, first + static_cast<int>(m),
-                             static_cast<float>(factor * by_feature[at(m) * size + i]));
-            }
-        });
+        take_gradient(by_feature, first, count, gradient);
     }
     return errors;
 }

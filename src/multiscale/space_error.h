@@ -37,6 +37,8 @@ class SpaceError {
   private:
     std::vector<double> features(const BallComponents& components, const Eigen::MatrixXd& codes,
                                  int first, int count) const;
+    void take_gradient(std::span<const double> by_feature, int first, int count,
+                       MetricRows& gradient) const;
     double compare(int m, std::span<const double> positions, std::span<double> gradient) const;
 
     const MetricScale& scale_;

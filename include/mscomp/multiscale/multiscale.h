@@ -25,8 +25,8 @@ struct CenterSpread {
 
 /// What the configuration of the kind holds for itself (method §9).
 struct MultiscaleSettings {
-    int global_components = 0;  // without a limit to their support, before the levels
-    std::vector<BallLevel> levels{{10, 0.4, 0.38}, {50, 0.35, 0.27}};
+    int global_components = 5;  // without a limit to their support, before the levels
+    std::vector<BallLevel> levels{{8, 0.4, 0.36}, {16, 0.35, 0.28}, {31, 0.25, 0.19}};
     FeatureMetric metric = FeatureMetric::area;
     CenterSpread spread;
     /// Of the components' least squares, as a part of the mean square of a code; what it leaves
