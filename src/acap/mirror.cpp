@@ -16,9 +16,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFewPoints = 500, kManyPoints = 4000;
+constexpr int kFewPoints = 500, kManyPoints = 2000;
 /// What a step has to lower the cost by, where planes are compared and where the best is refined.
-constexpr double kSomeDescent = 1e-3, kAnyDescent = 1e-12;
+constexpr double kSomeDescent = 1e-3, kAnyDescent = 1e-9;
 /// A fit is better than one before it only by more than this, as a distance in radii, squared.
 constexpr double kAsGood = 1e-10;
 constexpr double kNoWeight = 1e-6;
@@ -58,14 +58,14 @@ struct UnitMesh {
         }
         mesh.faces = reference.faces;
     }
-    /// At most `count` of the used vertices, drawn once and for all.
+    /// At most `count` of the used vertices, drawn once and for all; in their order, in which one
+    /// is often near the next.
     std::vector<Vector3d> sample(int count) const {
-        const std::vector<int> order =
-            CounterRandom(0, 0).permutation(static_cast<int>(used.size()));
+        std::vector<int> drawn = CounterRandom(0, 0).permutation(static_cast<int>(used.size()));
+        drawn.resize(std::min(drawn.size(), at(count)));
+        std::ranges::sort(drawn);
         std::vector<Vector3d> points;
-        for (std::size_t i = 0; i < std::min(order.size(), at(count)); ++i) {
-            points.emplace_back(as_vector(mesh.vertices[at(used[at(order[i])])]));
-        }
+        for (const int i : drawn) points.emplace_back(as_vector(mesh.vertices[at(used[at(i)])]));
         return points;
     }
 };
