@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
 # The whole way on a built-in sequence: generates an arm, extracts features, trains on every other
 # shape, measures the rest, exports the components and mixes the strongest ones. Everything goes to
-# demo/, which may be removed. EPOCHS=... trains longer or shorter.
+# demo/, which may be removed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 bin=build/release/bin
-epochs=${EPOCHS:-400}
 summary=()
 
 stage() {  # stage NAME COMMAND...
@@ -25,10 +24,9 @@ rm -rf demo/arm demo/arm.safetensors demo/config.yaml demo/arm.run demo/componen
     demo/synthesis.png
 stage generate "$bin/acapfeat" generate arm -o demo/arm
 stage extract "$bin/acapfeat" extract demo/arm -o demo/arm.safetensors
-"$bin/mscomp" init stacked-attention >demo/config.yaml
+"$bin/mscomp" init >demo/config.yaml
 stage train "$bin/mscomp" train demo/config.yaml -o demo/arm.run \
-    --set data.features=arm.safetensors --set 'data.split={train: every, step: 2}' \
-    --set "train.epochs=$epochs"
+    --set data.features=arm.safetensors --set 'data.split={train: every, step: 2}'
 stage evaluate "$bin/mscomp" evaluate demo/arm.run -o demo/measures
 stage export "$bin/mscomp" export-components demo/arm.run -o demo/components
 stage synthesize "$bin/mscomp" synthesize demo/arm.run --sheet demo/synthesis.png --strongest 3 \

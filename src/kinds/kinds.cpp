@@ -16,10 +16,10 @@ Kind pca();  // src/baselines
 // A row makes a kind known to the configuration, to training and to every command.
 const std::vector<Kind>& all_kinds() {
     static const std::vector<Kind> kinds{
+        multiscale(),
         nn::stacked_attention(),
         nn::autoencoder(),
         nn::spectral_vae(),
-        multiscale(),
         pca(),
     };
     return kinds;

@@ -29,7 +29,7 @@ class LibraryCalls : public testing::Test {
                        "grep -q 'exited normally' gdb.txt") == 0;
         if (!has_gdb_) return;
         write_file(path("config.yaml"),
-                   "model: {levels: [{components: 4, sparsity_range: 0.3}]}\n"
+                   "model: {kind: stacked-attention, levels: [{components: 4, sparsity_range: 0.3}]}\n"
                    "data: {features: arm.safetensors, split: {train: every, step: 3}}\n"
                    "train: {epochs: 20, batch: 4}\n");
         ASSERT_EQ(shell(acapfeat("generate arm -o arm --frames 8 --vertices 400 --quiet")), 0);

@@ -62,7 +62,7 @@ TEST(MscompMemory, DoesNotGrowWithTheNumberOfShapes) {
     const TemporaryFolder folder;
     write_bumps(folder / "f.safetensors");
     folder.put("c.yaml",
-               "model: {levels: [{components: 3, sparsity_range: 0.3}]}\n"
+               "model: {kind: stacked-attention, levels: [{components: 3, sparsity_range: 0.3}]}\n"
                "data: {features: f.safetensors}\n"
                "train: {epochs: 1, batch: 16, start: random}\n");
     const std::string line = "cd '" + folder.path() + "' && " + MSCOMP_BIN_DIR +

@@ -47,7 +47,7 @@ TEST_F(Sweep, OfAGridHasARowForEachPointInOrder) {
 TEST_F(Sweep, IsTrainingAndEvaluatingOneByOne) {
     expect_ok("sweep grid.yaml -o out --quiet");
     write_file(path("one.yaml"),
-               "model: {levels: [{components: 4, sparsity_range: 0.3}]}\n"
+               "model: {kind: stacked-attention, levels: [{components: 4, sparsity_range: 0.3}]}\n"
                "loss: {sparsity: 10}\n"
                "data: {features: arm.safetensors, split: {train: every, step: 2}}\n"
                "train: {epochs: 3, batch: 3}\n");

@@ -24,7 +24,7 @@ class SweepFiles : public SweepFixture {};
 TEST_F(SweepFiles, FindsFilesFromWhereTheyAreNamed) {
     fs::create_directories(path("a/b"));
     write_file(path("a/base.yaml"),
-               "model: {levels: [{components: 2, sparsity_range: 0.3}]}\n"
+               "model: {kind: stacked-attention, levels: [{components: 2, sparsity_range: 0.3}]}\n"
                "data: {features: ../arm.safetensors, split: {train: every, step: 2}}\n"
                "train: {epochs: 1}\n");
     write_file(path("a/b/s.yaml"),

@@ -117,7 +117,7 @@ class SweepFixture : public testing::Test {
 
     static inline const std::string kBase =
         "base:\n"
-        "  model: {levels: [{components: 2, sparsity_range: 0.3}]}\n"
+        "  model: {kind: stacked-attention, levels: [{components: 2, sparsity_range: 0.3}]}\n"
         "  data: {features: arm.safetensors, split: {train: every, step: 2}}\n"
         "  train: {epochs: 3, batch: 3}\n";
     static inline const std::string kGrid =

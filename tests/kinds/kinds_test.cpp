@@ -347,7 +347,7 @@ TEST(ModelKinds, UnknownOnesAreRefusedWithTheKnownOnes) {
         }
     }
     for (const std::string& kind : kind_names()) EXPECT_EQ(default_config(kind).kind, kind);
-    EXPECT_EQ(kind_names().front(), "stacked-attention");
+    EXPECT_EQ(kind_names().front(), "multiscale");
 }
 
 // The predecessor with its ramp is a stacked model of one level with that ramp: Lambda is 0 up to

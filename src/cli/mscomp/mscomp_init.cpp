@@ -20,8 +20,8 @@ void setup_init(CLI::App& app) {
         ->add_option("KIND", options->kind,
                      fmt::format("Model kind: {}", fmt::join(kind_names(), ", ")))
         ->type_name(fmt::format("TEXT:{{{}}}", fmt::join(kind_names(), ",")))
-        ->required();
-    set_example(*command, "mscomp init stacked-attention > config.yaml");
+        ->capture_default_str();
+    set_example(*command, "mscomp init > config.yaml");
     command->callback([options] { run_init(*options); });
 }
 
