@@ -21,6 +21,7 @@ constexpr const char* kSpaceCodes = "space/codes";        // (shapes,K)
 constexpr const char* kMoment1 = "space/adam_m";          // in the order of the vertices
 constexpr const char* kMoment2 = "space/adam_v";
 constexpr const char* kSteps = "space/steps";
+constexpr const char* kFillUpTo = "training/fill_up_to";
 
 /// Vertices of one ball. Throws CheckpointError unless they rise and are of the mesh.
 std::vector<int> checked_vertices(std::span<const int> vertices, int vertex_count,
@@ -56,6 +57,7 @@ void MultiscaleModel::save(StoredArrays& arrays) const {
     arrays.keep<std::int64_t>(kFirst, {components_.count() + 1}, std::move(first));
     arrays.keep<int>(kVertices, {entries}, std::move(vertices));
     arrays.keep<float>(kValues, {entries, kFeatureDim}, std::move(values));
+    arrays.keep<int>(kFillUpTo, {1}, {fill_up_to});
     if (!space_state) return;
     const Eigen::MatrixXd& codes = space_state->codes;
     arrays.keep<double>(kSpaceCodes, {codes.cols(), codes.rows()},
@@ -82,8 +84,13 @@ std::optional<SpaceState> MultiscaleModel::load_space_state(const SafetensorsFil
 }
 
 void MultiscaleModel::load(const SafetensorsFile& file) {
-    const std::int64_t count = code_count();
-    const auto centers = file.data<int>(kCenters, {count});
+    const auto centers = file.data<int>(kCenters, {-1});
+    const auto count = static_cast<std::int64_t>(centers.size());
+    if (count < local_count() || count > local_count() + settings_.global_components) {
+        throw CheckpointError(file.path(),
+                              fmt::format("{} components, wanted {} and up to {} global ones", count,
+                                          local_count(), settings_.global_components));
+    }
     const auto first = file.data<std::int64_t>(kFirst, {count + 1});
     const auto vertices = file.data<int>(kVertices, {-1});
     const auto entries = static_cast<std::int64_t>(vertices.size());
@@ -108,6 +115,7 @@ void MultiscaleModel::load(const SafetensorsFile& file) {
     }
     set_components(std::move(components));
     space_state = load_space_state(file);
+    fill_up_to = file.data<int>(kFillUpTo, {1})[0];
 }
 
 }  // namespace mscomp

@@ -58,9 +58,11 @@ KindKeys keys(Config& config) {
               "first epochs, of alternating least squares; the others lower the error in space"},
              {"mirror", &own.mirror, {},
               "learn from mirror images, too, where the reference is symmetric"},
+             {"select", &own.select, {},
+              "few shapes decide by cross-validation about global components and mixed shapes"},
              {"seed", &config.train.seed, kNotNegative, "of mixed shapes"},
              {"fill_up_to", &config.train.fill_up_to, Bounds{0, 4096},
-              "fewer shapes are joined by locally mixed ones; 0: never"},
+              "few shapes are joined by locally mixed ones; 0: never"},
              {"checkpoint_every", &config.train.checkpoint_every, kCount,
               "epochs; the last always"}}};
 }
@@ -69,7 +71,7 @@ void set_defaults(Config& config) {
     config.settings = MultiscaleSettings{};
     config.train.epochs = 34;
     config.train.plateau_epochs = 0;
-    config.train.fill_up_to = 24;
+    config.train.fill_up_to = 48;
     config.train.checkpoint_every = 5;
 }
 

@@ -28,13 +28,51 @@ MultiscaleLearner::MultiscaleLearner(MultiscaleModel& model, const MultiscaleSet
       place_(place),
       shapes_(shapes),
       train_(train.begin(), train.end()),
-      pool_(shapes, train, place.reference, place.distances, model.scale(),
-            {settings.mirror, config.fill_up_to, config.seed}),
+      mirror_(settings.mirror ? mirror_of(place.reference) : std::nullopt),
       squares_(one_rings_of_faces(place.reference.vertex_count(), place.reference.faces),
                model.scale(), settings.damping) {}
 
+/// What the configuration says, or with few shapes what these say of it.
+Choices MultiscaleLearner::chosen() {
+    const Choices all{settings_.global_components, config_.fill_up_to};
+    const bool is_few = std::ssize(train_) < kFewShapes;
+    if (!settings_.select) return all;
+    std::vector<Choices> candidates{{all.global_components, 0}};
+    if (is_few) {
+        for (const Choices& more : {Choices{0, 0}, all, Choices{0, all.fill_up_to}}) {
+            if (std::ranges::find(candidates, more) == candidates.end()) candidates.push_back(more);
+        }
+    }
+    constexpr std::ptrdiff_t kFewest = 3;
+    if (candidates.size() == 1) return candidates.front();
+    if (std::ssize(train_) < kFewest) return candidates.back();
+    ChosenBySpaceError best =
+        choose(candidates, settings_, config_.seed,
+               {place_.reference, place_.weights, place_.distances, model_.scale(),
+                mirror_ ? &*mirror_ : nullptr},
+               shapes_, train_);
+    notes_ = std::move(best.notes);
+    return best.choices;
+}
+
+TrainingPool& MultiscaleLearner::pool() {
+    if (!pool_) {
+        pool_.emplace(shapes_, train_, mirror_ ? &*mirror_ : nullptr, place_.distances,
+                      model_.scale(),
+                      TrainingPool::Options{model_.fill_up_to, config_.seed});
+    }
+    return *pool_;
+}
+
 void MultiscaleLearner::start() {
-    model_.set_components(start_balls(pool_.rows(0), settings_, place_.distances));
+    notes_.clear();
+    const Choices choices = chosen();
+    MultiscaleSettings settings = settings_;
+    settings.global_components = choices.global_components;
+    model_.fill_up_to = choices.fill_up_to;
+    pool_.reset();
+    descent_.reset();
+    model_.set_components(start_balls(pool().rows(0), settings, place_.distances));
     model_.space_state.reset();
     state_ = {};
 }
@@ -59,7 +97,7 @@ EpochReport MultiscaleLearner::run_epoch() {
 
 EpochReport MultiscaleLearner::alternate() {
     BallComponents components = model_.components();
-    const double error = squares_.round(pool_.rows(state_.epoch), components);
+    const double error = squares_.round(pool().rows(state_.epoch), components);
     if (std::isfinite(error)) model_.set_components(std::move(components));
     EpochReport report{state_, error, {error, 0}, 0, 0, 1};
     ++report.state.step;
@@ -68,7 +106,7 @@ EpochReport MultiscaleLearner::alternate() {
 
 /// TrainingState::window_mean is the lowest mean loss of an epoch in space so far.
 EpochReport MultiscaleLearner::descend() {
-    const MetricRows& rows = pool_.rows(settings_.rounds);
+    const MetricRows& rows = pool().rows(settings_.rounds);
     if (!descent_) {
         descent_ = std::make_unique<SpaceDescent>(place_.reference, place_.weights, model_.scale(),
                                                   rows, settings_.feature_share);

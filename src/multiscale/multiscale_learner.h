@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "multiscale/alternating_squares.h"
+#include "multiscale/cross_validation.h"
 #include "multiscale/multiscale_model.h"
 #include "multiscale/space_descent.h"
 #include "multiscale/training_pool.h"
@@ -32,6 +33,7 @@ class MultiscaleLearner final : public Learner {
 
     std::vector<std::string> term_names() const override { return {"reconstruction", "space"}; }
     void start() override;
+    std::vector<std::string> notes() const override { return notes_; }
     void resume(const TrainingState& state) override { state_ = state; }
     const TrainingState& state() const override { return state_; }
     EpochReport run_epoch() override;
@@ -39,6 +41,8 @@ class MultiscaleLearner final : public Learner {
     CodeTable codes() override;
 
   private:
+    Choices chosen();
+    TrainingPool& pool();
     EpochReport alternate();
     EpochReport descend();
     SpaceDescent::Report descend_from(BallComponents& components, SpaceState& state) const;
@@ -49,7 +53,9 @@ class MultiscaleLearner final : public Learner {
     LearnerPlace place_;
     const ShapeSet& shapes_;
     std::vector<int> train_;
-    TrainingPool pool_;
+    std::optional<Mirror> mirror_;
+    std::optional<TrainingPool> pool_;  // made when first needed
+    std::vector<std::string> notes_;    // what start() decided
     AlternatingSquares squares_;
     std::unique_ptr<SpaceDescent> descent_;  // made when it begins
     TrainingState state_;

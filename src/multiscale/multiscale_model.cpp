@@ -23,15 +23,21 @@ MultiscaleModel::MultiscaleModel(const Config& config, const ModelPlace& place)
     : reference_(place.reference), weights_(place.weights), train_(config.train),
       settings_(config.own<MultiscaleSettings>()),
       distances_(place.distances),
-      scale_(place.scale, roots_for(settings_.metric, place.reference)) {
+      scale_(place.scale, roots_for(settings_.metric, place.reference)),
+      global_count_(settings_.global_components) {
+    set_components(
+        BallComponents(vertex_count(), std::vector<Ball>(at(global_count_ + local_count()))));
+}
+
+int MultiscaleModel::local_count() const {
     int count = 0;
-    for (const LevelSize& level : levels()) count += level.components;
-    components_ = BallComponents(vertex_count(), std::vector<Ball>(at(count)));
+    for (const BallLevel& level : settings_.levels) count += level.components;
+    return count;
 }
 
 std::vector<LevelSize> MultiscaleModel::levels() const {
     std::vector<LevelSize> sizes;
-    if (settings_.global_components > 0) sizes.push_back({1, settings_.global_components});
+    if (global_count_ > 0) sizes.push_back({1, global_count_});
     for (const BallLevel& level : settings_.levels) sizes.push_back({1, level.components});
     return sizes;
 }
@@ -52,7 +58,7 @@ std::vector<int> MultiscaleModel::parents() const {
             parents.push_back(best);
         }
         // The global ones overlap everything.
-        has_parents = l > 0 || settings_.global_components == 0;
+        has_parents = l > 0 || global_count_ == 0;
         above = first;
         first += count;
     }
@@ -160,6 +166,7 @@ std::vector<ComponentPlace> MultiscaleModel::places() const {
 
 void MultiscaleModel::set_components(BallComponents components) {
     components_ = std::move(components);
+    global_count_ = components_.count() - local_count();
     codes_.reset();
 }
 

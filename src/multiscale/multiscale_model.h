@@ -44,13 +44,17 @@ class MultiscaleModel final : public LearnedModel {
 
     const MetricScale& scale() const { return scale_; }
     const BallComponents& components() const { return components_; }
-    /// Codes that were made for the components before are forgotten.
+    /// Those of the levels, and before them any number of global ones. Codes that were made for the
+    /// components before are forgotten.
     void set_components(BallComponents components);
     /// Of a training that has come to descent in space; saved with the components.
     std::optional<SpaceState> space_state;
+    /// How far training fills up the shapes; saved likewise.
+    int fill_up_to = 0;
 
   private:
     std::optional<SpaceState> load_space_state(const SafetensorsFile& file) const;
+    int local_count() const;
     std::vector<float> sum(std::span<const float> codes, int levels) const;
 
     const TriangleMesh& reference_;
@@ -59,6 +63,7 @@ class MultiscaleModel final : public LearnedModel {
     const MultiscaleSettings settings_;
     DistanceRows& distances_;
     MetricScale scale_;
+    int global_count_;
     BallComponents components_;
     std::optional<JointCodes> codes_;  // made when first needed
 };

@@ -16,19 +16,21 @@ std::vector<int> as_they_are(int vertices) {
 }  // namespace
 
 TrainingPool::TrainingPool(const ShapeFeatures& shapes, std::span<const int> train,
-                           const TriangleMesh& reference, DistanceRows& distances,
-                           const MetricScale& scale, const Options& options)
+                           const Mirror* mirror, DistanceRows& distances, const MetricScale& scale,
+                           const Options& options)
     : scale_(scale), real_(train.begin(), train.end()) {
     const ShapeFeatures* from = &shapes;
-    if (options.mirror) mirror_ = mirror_of(reference);
-    if (mirror_) {
-        mirrored_.emplace(shapes, *mirror_);
+    if (mirror != nullptr) {
+        mirrored_.emplace(shapes, *mirror);
         from = &*mirrored_;
         for (const int shape : train) real_.push_back(shapes.shape_count() + shape);
     }
     mixed_count_ = std::max(0, options.fill_up_to - static_cast<int>(real_.size()));
+    source_ = from;
+    if (mixed_count_ == 0) return;
     mixed_ = std::make_unique<MixedFeatures>(*from, real_, distances,
                                              as_they_are(shapes.vertex_count()), options.seed);
+    source_ = mixed_.get();
 }
 
 /// Mix m is replaced by mix m + mixed_count_.
@@ -50,9 +52,8 @@ const MetricRows& TrainingPool::rows(std::int64_t round) {
         const int place = m - static_cast<int>(real_.size());
         const int wanted = place < 0 ? real_[at(m)] : mixed_shape(place, round);
         if (gathered_[at(m)] == wanted) continue;
-        scale_.map(mixed_->shape(wanted), row);
-        mixed_->forget(wanted);
-        if (place < 0 && mirrored_) mirrored_->forget(wanted);
+        scale_.map(source_->shape(wanted), row);
+        source_->forget(wanted);
         rows_->set(m, row);
         gathered_[at(m)] = wanted;
     }

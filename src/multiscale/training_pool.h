@@ -16,20 +16,17 @@
 namespace mscomp {
 
 /// The shapes that components are fitted to: the training shapes, their mirror images where the
-/// reference is symmetric, and locally mixed ones of all these if they are few.
+/// reference is symmetric, and locally mixed ones of all these.
 class TrainingPool {
   public:
     struct Options {
-        bool mirror = true;
-        int fill_up_to = 0;  // shapes, by mixed ones
+        int fill_up_to = 0;  // as many shapes as this, by mixed ones
         std::uint64_t seed = 0;
     };
-    /// Borrows the shapes and the scale, and in the constructor the rest.
-    TrainingPool(const ShapeFeatures& shapes, std::span<const int> train,
-                 const TriangleMesh& reference, DistanceRows& distances, const MetricScale& scale,
-                 const Options& options);
+    /// Borrows the shapes, the mirror (null: none) and the scale, and the distances for so long.
+    TrainingPool(const ShapeFeatures& shapes, std::span<const int> train, const Mirror* mirror,
+                 DistanceRows& distances, const MetricScale& scale, const Options& options);
 
-    bool is_mirrored() const { return mirror_.has_value(); }
     int shape_count() const { return static_cast<int>(real_.size()) + mixed_count_; }
     /// Of round `round`, in which four of the mixed shapes are others than in the one before: a
     /// function of the seed and the round. Valid until the next call.
@@ -39,11 +36,11 @@ class TrainingPool {
     int mixed_shape(std::int64_t place, std::int64_t round) const;
 
     const MetricScale& scale_;
-    std::optional<Mirror> mirror_;
     std::optional<MirroredFeatures> mirrored_;
-    std::vector<int> real_;  // by number in mixed_
+    std::vector<int> real_;  // by number in source_
     int mixed_count_ = 0;
-    std::unique_ptr<MixedFeatures> mixed_;
+    std::unique_ptr<MixedFeatures> mixed_;    // none if nothing is mixed
+    const ShapeFeatures* source_ = nullptr;  // the last of those above
     std::vector<int> gathered_;  // what rows_ has
     std::optional<MetricRows> rows_;
 };

@@ -240,6 +240,7 @@ TrainingResult train_run(const Config& config, const std::string& run,
         log.append(fmt::format("resumed at epoch {}", learner->state().epoch));
     } else {
         learner->start();
+        for (const std::string& note : learner->notes()) log.append(note);
     }
     const bool is_new = !earlier || earlier->context().config != setup.context.config;
     if (is_new) write_beginning(run, setup, *learner);

@@ -80,6 +80,7 @@ class EachKind : public testing::TestWithParam<std::string> {
             multiscale->global_components = 1;
             multiscale->levels = {{3, 0.4, 0.5}, {6, 0.3, 0.3}};
             multiscale->rounds = 5;
+            multiscale->select = false;
         }
         config_.train.fill_up_to = 14;
         config_.train.batch = 8;

@@ -52,6 +52,8 @@ class Learner {
     virtual std::vector<std::string> term_names() const = 0;
     /// Begins anew.
     virtual void start() = 0;
+    /// What start() decided by itself, a sentence each, for the log.
+    virtual std::vector<std::string> notes() const { return {}; }
     /// Goes on from a saved state, whose arrays the model already holds.
     virtual void resume(const TrainingState& state) = 0;
     virtual const TrainingState& state() const = 0;

@@ -23,16 +23,21 @@ struct CenterSpread {
     double radius = 0.06;  // geodesic, diameter = 1
 };
 
+inline constexpr int kFewShapes = 24;
+
 /// What the configuration of the kind holds for itself (method §9).
 struct MultiscaleSettings {
-    int global_components = 5;  // without a limit to their support, before the levels
-    std::vector<BallLevel> levels{{8, 0.4, 0.36}, {16, 0.35, 0.28}, {31, 0.25, 0.19}};
+    int global_components = 4;  // without a limit to their support, before the levels
+    std::vector<BallLevel> levels{{8, 0.4, 0.36}, {16, 0.35, 0.28}, {32, 0.25, 0.19}};
     FeatureMetric metric = FeatureMetric::area;
     CenterSpread spread;
     /// Of the components' least squares, as a part of the mean square of a code; what it leaves
     /// open is as at the neighbours.
     double damping = 0.01;
     int rounds = 30;     // epochs of alternating least squares; those beyond lower the error in space
+    /// Fewer than kFewShapes training shapes decide by cross-validation whether global components
+    /// and mixed shapes help.
+    bool select = true;
     bool mirror = true;  // learns from the mirror images, too, where the reference is symmetric
     double feature_share = 0.3;  // what the error of features counts beside that in space
 };

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "multiscale/cross_validation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "multiscale/alternating_squares.h"
+#include "multiscale/ball_start.h"
+#include "multiscale/joint_codes.h"
+#include "multiscale/space_error.h"
+#include "multiscale/training_pool.h"
+
+namespace mscomp {
+namespace {
+
+constexpr int kFolds = 3;
+
+/// The shapes of one fold.
+struct Fold {
+    std::vector<int> seen, left_out;
+
+    Fold(const std::vector<int>& train, int number) {
+        for (std::size_t i = 0; i < train.size(); ++i) {
+            (static_cast<int>(i % kFolds) == number ? left_out : seen).push_back(train[i]);
+        }
+    }
+};
+
+MetricRows rows_of(const ShapeFeatures& shapes, const std::vector<int>& which,
+                   const MetricScale& scale) {
+    MetricRows rows(scale.vertex_count(), static_cast<int>(which.size()));
+    std::vector<float> row(at(scale.vertex_count()) * kFeatureDim);
+    for (std::size_t m = 0; m < which.size(); ++m) {
+        scale.map(shapes.shape(which[m]), row);
+        shapes.forget(which[m]);
+        rows.set(static_cast<int>(m), row);
+    }
+    return rows;
+}
+
+BallComponents fitted(const Choices& choices, MultiscaleSettings settings, std::uint64_t seed,
+                      const ChoicePlace& place, const ShapeFeatures& shapes,
+                      const std::vector<int>& seen) {
+    settings.global_components = choices.global_components;
+    TrainingPool pool(shapes, seen, place.mirror, place.distances, place.scale,
+                      {choices.fill_up_to, seed});
+    BallComponents components = start_balls(pool.rows(0), settings, place.distances);
+    const AlternatingSquares squares(
+        one_rings_of_faces(place.reference.vertex_count(), place.reference.faces), place.scale,
+        settings.damping);
+    for (int round = 0; round < (settings.rounds + 1) / 2; ++round) {
+        squares.round(pool.rows(round), components);
+    }
+    return components;
+}
+
+/// Sum of E over the shapes that were left out.
+double error_of(const BallComponents& components, const MetricRows& rows, const SpaceError& error) {
+    MetricRows gradient(rows.vertex_count(), rows.shape_count());
+    const Eigen::MatrixXd codes = JointCodes(components).solve(products(components, rows));
+    const std::vector<double> errors = error.evaluate(components, codes, gradient);
+    return std::accumulate(errors.begin(), errors.end(), 0.0);
+}
+
+}  // namespace
+
+ChosenBySpaceError choose(const std::vector<Choices>& candidates,
+                          const MultiscaleSettings& settings, std::uint64_t seed,
+                          const ChoicePlace& place, const ShapeFeatures& shapes,
+                          const std::vector<int>& train) {
+    std::vector<double> sums(candidates.size(), 0.0);
+    for (int number = 0; number < kFolds; ++number) {
+        const Fold fold(train, number);
+        const MetricRows rows = rows_of(shapes, fold.left_out, place.scale);
+        const SpaceError error(place.reference, place.weights, place.scale, rows);
+        for (std::size_t i = 0; i < candidates.size(); ++i) {
+            const BallComponents components =
+                fitted(candidates[i], settings, seed, place, shapes, fold.seen);
+            sums[i] += error_of(components, rows, error);
+        }
+    }
+    ChosenBySpaceError result{
+        candidates[at(std::ranges::min_element(sums) - sums.begin())], {}};
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+        result.notes.push_back(fmt::format(
+            "cross-validation: {} global components, filled up to {} shapes: E_rms {:.4g}",
+            candidates[i].global_components, candidates[i].fill_up_to,
+            std::sqrt(sums[i] / static_cast<double>(train.size()))));
+    }
+    return result;
+}
+
+}  // namespace mscomp
