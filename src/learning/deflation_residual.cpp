@@ -76,8 +76,7 @@ void DeflationResidual::fill(const T* rows, std::int64_t lanes, std::int64_t fir
         for (std::int64_t i = begin * kRowDim; i < end * kRowDim; ++i) {
             if (i % kRowDim >= channels) continue;
             for (std::int64_t m = 0; m < count; ++m) {
-                values_[at(i * shapes_ + first + m)] =
-                    of(static_cast<double>(rows[i * lanes + m]));
+                values_[at(i * shapes_ + first + m)] = of(static_cast<double>(rows[i * lanes + m]));
             }
         }
     });
@@ -178,7 +177,8 @@ int DeflationResidual::longest_vertex(const DeflationDirection& direction) const
     double largest = 0;
     for (std::size_t n = 0; n < direction.places.size(); ++n) {
         double length = 0;
-        for (std::size_t c = 0; c < kRowDim; ++c) length += square(direction.values[n * kRowDim + c]);
+        for (std::size_t c = 0; c < kRowDim; ++c)
+            length += square(direction.values[n * kRowDim + c]);
         if (length > largest) {
             largest = length;
             longest = at(direction.places[n]);

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "mscomp/base/feature_set.h"
 #include "base/aligned.h"
+#include "mscomp/base/feature_set.h"
 
 namespace mscomp {
 
@@ -28,8 +28,8 @@ class DeflationResidual {
   public:
     DeflationResidual(std::int64_t vertices, std::int64_t shapes);
 
-    /// Shapes `first` to `first + count - 1`: `of` the numbers of the rows (V,9,lanes). Of rows with
-    /// less than nine `channels` the others are left zero.
+    /// Shapes `first` to `first + count - 1`: `of` the numbers of the rows (V,9,lanes). Of rows
+    /// with less than nine `channels` the others are left zero.
     template <class T>
     void fill(const T* rows, std::int64_t lanes, std::int64_t first, std::int64_t count,
               double (*of)(double), std::int64_t channels = kFeatureDim);

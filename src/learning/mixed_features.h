@@ -17,14 +17,16 @@ namespace mscomp {
 /// patches they blend, w_p ~ exp(-d_p / 0.05) in the normalised distance d_p from the middle of
 /// patch p. What far parts of a body do together in a few shapes is taken apart, so that a model
 /// cannot learn it. A part of the patches may follow two shapes, a + t (b - a) with t drawn from
-/// [-0.1, 1.1] (method §9). Mixed shape m is number shape_count() + m, a function of the seed and m.
+/// [-0.1, 1.1] (method §9). Mixed shape m is number shape_count() + m, a function of the seed and
+/// m.
 class MixedFeatures final : public ShapeFeatures {
   public:
     /// Borrows `features` and, here only, `distances`, whose vertex i is
     /// vertex to_user[i] of the features; mixes `shapes` of them, at least one. `between` is
     /// the part of the patches that follow two.
     MixedFeatures(const ShapeFeatures& features, std::span<const int> shapes,
-                  DistanceRows& distances, std::span<const int> to_user, std::uint64_t seed, double between = 0);
+                  DistanceRows& distances, std::span<const int> to_user, std::uint64_t seed,
+                  double between = 0);
 
     int shape_count() const override { return features_.shape_count(); }
     int vertex_count() const override { return features_.vertex_count(); }

@@ -67,8 +67,8 @@ double AlternatingSquares::fit_vertex(const MetricRows& rows, const CodeEquation
     const std::span<const int> acting = components.at_vertex(v);
     const std::span<float> values = components.values(v);
     const auto count = static_cast<Index>(acting.size());
-    MatrixXd x = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 9>>(
-                     rows.vertex(v).data(), rows.shape_count(), 9)
+    MatrixXd x = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 9>>(rows.vertex(v).data(),
+                                                                           rows.shape_count(), 9)
                      .cast<double>();
     DoubleNines right = equations.damping * ring_mean(before, v);
     for (Index a = 0; a < count; ++a) {
@@ -93,8 +93,7 @@ double AlternatingSquares::round(const MetricRows& rows, BallComponents& compone
     std::vector<double> errors(at(chunks.count()), 0.0);
     parallel_for(chunks.count(), [&](std::int64_t i) {
         for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v) {
-            errors[at(i)] +=
-                fit_vertex(rows, equations, before, static_cast<int>(v), components);
+            errors[at(i)] += fit_vertex(rows, equations, before, static_cast<int>(v), components);
         }
     });
     components.normalize();

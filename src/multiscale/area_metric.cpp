@@ -27,8 +27,8 @@ std::vector<double> vertex_areas(const TriangleMesh& mesh) {
 }
 
 void make_mean_one(std::vector<double>& values) {
-    const double mean = std::accumulate(values.begin(), values.end(), 0.0) /
-                        static_cast<double>(values.size());
+    const double mean =
+        std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
     for (double& value : values) value = mean > 0 ? value / mean : 1;
 }
 

@@ -35,8 +35,8 @@ std::vector<float> BallComponents::component(int k) const {
 
 void BallComponents::set_component(int k, std::span<const float> values) {
     for (std::size_t n = 0; n < places_[at(k)].size(); ++n) {
-        std::ranges::copy(values.subspan(9 * n, 9), values_.begin() + static_cast<std::ptrdiff_t>(
-                                                                          9 * places_[at(k)][n]));
+        std::ranges::copy(values.subspan(9 * n, 9),
+                          values_.begin() + static_cast<std::ptrdiff_t>(9 * places_[at(k)][n]));
     }
 }
 

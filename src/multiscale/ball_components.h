@@ -49,10 +49,10 @@ class BallComponents {
 
   private:
     std::vector<Ball> balls_;
-    std::vector<std::size_t> first_{0};        // (V+1) into the components at each vertex
-    std::vector<int> components_;              // of all vertices, one after the other
+    std::vector<std::size_t> first_{0};             // (V+1) into the components at each vertex
+    std::vector<int> components_;                   // of all vertices, one after the other
     std::vector<std::vector<std::size_t>> places_;  // (K) of each vertex of each ball
-    std::vector<float> values_;                // beside components_, nine each
+    std::vector<float> values_;                     // beside components_, nine each
 };
 
 }  // namespace mscomp

@@ -117,8 +117,7 @@ BallComponents start_balls(const MetricRows& rows, const MultiscaleSettings& set
             },
             candidates);
         for (int k = 0; k < level.components; ++k) {
-            const FoundComponent next =
-                deflation.next([&](int v) { return crowds.is_crowded(v); });
+            const FoundComponent next = deflation.next([&](int v) { return crowds.is_crowded(v); });
             crowds.add(distances.row(next.center));
             found.add(residual, next.direction, {next.center, ball_around(next.center)});
         }

@@ -83,8 +83,7 @@ ChosenBySpaceError choose(const std::vector<Choices>& candidates,
             sums[i] += error_of(components, rows, error);
         }
     }
-    ChosenBySpaceError result{
-        candidates[at(std::ranges::min_element(sums) - sums.begin())], {}};
+    ChosenBySpaceError result{candidates[at(std::ranges::min_element(sums) - sums.begin())], {}};
     for (std::size_t i = 0; i < candidates.size(); ++i) {
         result.notes.push_back(fmt::format(
             "cross-validation: {} global components, filled up to {} shapes: E_rms {:.4g}",

@@ -23,7 +23,8 @@ MatrixXd sum_over_vertices(int vertices, Eigen::Index rows, Eigen::Index columns
     parallel_for(chunks.count(), [&](std::int64_t i) {
         MatrixXd& part = parts[at(i)];
         part.setZero(rows, columns);
-        for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v) add(static_cast<int>(v), part);
+        for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v)
+            add(static_cast<int>(v), part);
     });
     MatrixXd sum = MatrixXd::Zero(rows, columns);
     for (const MatrixXd& part : parts) sum += part;
@@ -33,7 +34,8 @@ MatrixXd sum_over_vertices(int vertices, Eigen::Index rows, Eigen::Index columns
 Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> values_at(
     const BallComponents& components, int v) {
     const std::span<const float> values = components.values(v);
-    return Eigen::Map<const FloatNines>(values.data(), static_cast<Eigen::Index>(values.size() / 9), 9)
+    return Eigen::Map<const FloatNines>(values.data(), static_cast<Eigen::Index>(values.size() / 9),
+                                        9)
         .cast<double>();
 }
 
@@ -70,19 +72,18 @@ MatrixXd products(const BallComponents& components, const MetricRows& rows) {
     using Double = Eigen::Matrix<double, 9, Eigen::Dynamic, Eigen::RowMajor>;
     const int shapes = rows.shape_count();
     // Shapes are columns, contiguous for each component.
-    return sum_over_vertices(rows.vertex_count(), shapes, components.count(),
-                             [&](int v, MatrixXd& sum) {
-                                 const Double x =
-                                     Eigen::Map<const Row>(rows.vertex(v).data(), 9, shapes)
-                                         .cast<double>();
-                                 const auto values = values_at(components, v);
-                                 const auto acting = components.at_vertex(v);
-                                 for (std::size_t a = 0; a < acting.size(); ++a) {
-                                     sum.col(acting[a]).noalias() +=
-                                         x.transpose() *
-                                         values.row(static_cast<Eigen::Index>(a)).transpose();
-                                 }
-                             })
+    return sum_over_vertices(
+               rows.vertex_count(), shapes, components.count(),
+               [&](int v, MatrixXd& sum) {
+                   const Double x =
+                       Eigen::Map<const Row>(rows.vertex(v).data(), 9, shapes).cast<double>();
+                   const auto values = values_at(components, v);
+                   const auto acting = components.at_vertex(v);
+                   for (std::size_t a = 0; a < acting.size(); ++a) {
+                       sum.col(acting[a]).noalias() +=
+                           x.transpose() * values.row(static_cast<Eigen::Index>(a)).transpose();
+                   }
+               })
         .transpose();
 }
 

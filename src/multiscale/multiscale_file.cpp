@@ -87,9 +87,9 @@ void MultiscaleModel::load(const SafetensorsFile& file) {
     const auto centers = file.data<int>(kCenters, {-1});
     const auto count = static_cast<std::int64_t>(centers.size());
     if (count < local_count() || count > local_count() + settings_.global_components) {
-        throw CheckpointError(file.path(),
-                              fmt::format("{} components, wanted {} and up to {} global ones", count,
-                                          local_count(), settings_.global_components));
+        throw CheckpointError(
+            file.path(), fmt::format("{} components, wanted {} and up to {} global ones", count,
+                                     local_count(), settings_.global_components));
     }
     const auto first = file.data<std::int64_t>(kFirst, {count + 1});
     const auto vertices = file.data<int>(kVertices, {-1});
@@ -98,16 +98,17 @@ void MultiscaleModel::load(const SafetensorsFile& file) {
     std::vector<Ball> balls(at(count));
     for (std::size_t k = 0; k < balls.size(); ++k) {
         if (first[0] != 0 || first[k] > first[k + 1] || first[at(count)] != entries) {
-            throw CheckpointError(file.path(), fmt::format("{} does not rise to the {} entries of {}",
-                                                           kFirst, entries, kVertices));
+            throw CheckpointError(file.path(),
+                                  fmt::format("{} does not rise to the {} entries of {}", kFirst,
+                                              entries, kVertices));
         }
         if (centers[k] < 0 || centers[k] >= vertex_count()) {
-            throw CheckpointError(file.path(), fmt::format("centre {} of {} vertices", centers[k],
-                                                           vertex_count()));
+            throw CheckpointError(
+                file.path(), fmt::format("centre {} of {} vertices", centers[k], vertex_count()));
         }
-        balls[k] = {centers[k], checked_vertices(vertices.subspan(at(first[k]),
-                                                                  at(first[k + 1] - first[k])),
-                                                 vertex_count(), file.path())};
+        balls[k] = {centers[k],
+                    checked_vertices(vertices.subspan(at(first[k]), at(first[k + 1] - first[k])),
+                                     vertex_count(), file.path())};
     }
     BallComponents components(vertex_count(), std::move(balls));
     for (int k = 0; k < components.count(); ++k) {
@@ -116,6 +117,12 @@ void MultiscaleModel::load(const SafetensorsFile& file) {
     set_components(std::move(components));
     space_state = load_space_state(file);
     fill_up_to = file.data<int>(kFillUpTo, {1})[0];
+    const std::int64_t steps = space_state ? space_state->steps : 0;
+    if (fill_up_to < 0 || fill_up_to > kMostFilledUpTo || steps < 0) {
+        throw CheckpointError(
+            file.path(),
+            fmt::format("filled up to {} shapes after {} steps in space", fill_up_to, steps));
+    }
 }
 
 }  // namespace mscomp

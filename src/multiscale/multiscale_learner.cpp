@@ -46,11 +46,10 @@ Choices MultiscaleLearner::chosen() {
     constexpr std::ptrdiff_t kFewest = 3;
     if (candidates.size() == 1) return candidates.front();
     if (std::ssize(train_) < kFewest) return candidates.back();
-    ChosenBySpaceError best =
-        choose(candidates, settings_, config_.seed,
-               {place_.reference, place_.weights, place_.distances, model_.scale(),
-                mirror_ ? &*mirror_ : nullptr},
-               shapes_, train_);
+    ChosenBySpaceError best = choose(candidates, settings_, config_.seed,
+                                     {place_.reference, place_.weights, place_.distances,
+                                      model_.scale(), mirror_ ? &*mirror_ : nullptr},
+                                     shapes_, train_);
     notes_ = std::move(best.notes);
     return best.choices;
 }
@@ -58,8 +57,7 @@ Choices MultiscaleLearner::chosen() {
 TrainingPool& MultiscaleLearner::pool() {
     if (!pool_) {
         pool_.emplace(shapes_, train_, mirror_ ? &*mirror_ : nullptr, place_.distances,
-                      model_.scale(),
-                      TrainingPool::Options{model_.fill_up_to, config_.seed});
+                      model_.scale(), TrainingPool::Options{model_.fill_up_to, config_.seed});
     }
     return *pool_;
 }
@@ -83,8 +81,7 @@ EpochReport MultiscaleLearner::run_epoch() {
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
     if (!std::isfinite(report.total)) {
-        throw DivergenceError(
-            fmt::format("epoch {}: the error is not finite", state_.epoch + 1));
+        throw DivergenceError(fmt::format("epoch {}: the error is not finite", state_.epoch + 1));
     }
     ++state_.epoch;
     state_.total = report.total;
@@ -110,6 +107,10 @@ EpochReport MultiscaleLearner::descend() {
     if (!descent_) {
         descent_ = std::make_unique<SpaceDescent>(place_.reference, place_.weights, model_.scale(),
                                                   rows, settings_.feature_share);
+    }
+    if (model_.space_state && model_.space_state->codes.cols() != rows.shape_count()) {
+        throw UsageError(fmt::format("codes in space of {} shapes, wanted those of {}",
+                                     model_.space_state->codes.cols(), rows.shape_count()));
     }
     BallComponents components = model_.components();
     SpaceState state = model_.space_state ? *model_.space_state : descent_->begin(components);

@@ -20,7 +20,9 @@ std::vector<float> roots_for(FeatureMetric metric, const TriangleMesh& reference
 }  // namespace
 
 MultiscaleModel::MultiscaleModel(const Config& config, const ModelPlace& place)
-    : reference_(place.reference), weights_(place.weights), train_(config.train),
+    : reference_(place.reference),
+      weights_(place.weights),
+      train_(config.train),
       settings_(config.own<MultiscaleSettings>()),
       distances_(place.distances),
       scale_(place.scale, roots_for(settings_.metric, place.reference)),

@@ -16,7 +16,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of Adam, beside the root mean square of a value and the part of the features that is not explained.
+// Of Adam, beside the root mean square of a value and the part of the features that is not
+// explained.
 constexpr double kRate = 0.3;
 constexpr double kRateSteps = 25;  // after so many steps it is 1 / sqrt(2) of that
 constexpr double kDecay1 = 0.9, kDecay2 = 0.99;
@@ -60,8 +61,8 @@ class SpaceDescent::Codes {
     }
     void step(const MatrixXd& gradient, MatrixXd& codes) const {
         for (Index m = 0; m < codes.cols(); ++m) {
-            const VectorXd wanted = 0.5 * gradient.col(m) +
-                                    stiffness_.cwiseProduct(codes.col(m) - start_.col(m));
+            const VectorXd wanted =
+                0.5 * gradient.col(m) + stiffness_.cwiseProduct(codes.col(m) - start_.col(m));
             codes.col(m) -= kCodeStep * factors_[at(m)].solve(wanted);
         }
     }
@@ -129,8 +130,7 @@ SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& wei
 /// Mean F, and its gradient at fixed joint codes times `weight`.
 double SpaceDescent::add_feature_gradient(const BallComponents& components, double weight,
                                           std::vector<float>& gradient) const {
-    const MatrixXd codes =
-        JointCodes(components).solve(products(components, rows_)).transpose();
+    const MatrixXd codes = JointCodes(components).solve(products(components, rows_)).transpose();
     const double count = rows_.shape_count();
     const double sum = sum_over_vertices_of(rows_.vertex_count(), [&](int v) {
         DoubleRows left = rows_at(rows_, v);

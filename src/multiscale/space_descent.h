@@ -13,7 +13,7 @@ namespace mscomp {
 
 /// What descent in space knows between two epochs.
 struct SpaceState {
-    Eigen::MatrixXd codes;               // (K,shapes) that fit the positions
+    Eigen::MatrixXd codes;                // (K,shapes) that fit the positions
     std::vector<float> moment1, moment2;  // of Adam, beside the values of the components
     std::int64_t steps = 0;
 };

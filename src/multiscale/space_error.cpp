@@ -132,10 +132,9 @@ std::vector<double> SpaceError::evaluate(const BallComponents& components,
         layer_.positions(rows, positions);
         parallel_for(count, [&](std::int64_t m) {
             const std::size_t begin = at(m) * vertices * 3;
-            errors[at(first + m)] =
-                compare(first + static_cast<int>(m),
-                        std::span(positions).subspan(begin, 3 * vertices),
-                        std::span(by_position).subspan(begin, 3 * vertices));
+            errors[at(first + m)] = compare(first + static_cast<int>(m),
+                                            std::span(positions).subspan(begin, 3 * vertices),
+                                            std::span(by_position).subspan(begin, 3 * vertices));
         });
         layer_.adjoint(rows, by_position, by_feature);
         take_gradient(by_feature, first, count, gradient);
@@ -166,9 +165,8 @@ Eigen::MatrixXd SpaceError::normal_matrix(const BallComponents& components,
     const std::vector<float> rounded(row.begin(), row.end());
     lossless_.derivatives(rounded, directions, derivatives);
     const std::vector<Point> points = as_points(positions);
-    return weight_ * reduced_normal_equations(derivatives, points,
-                                              left_of(points, targets_[at(m)]))
-                         .H;
+    return weight_ *
+           reduced_normal_equations(derivatives, points, left_of(points, targets_[at(m)])).H;
 }
 
 }  // namespace mscomp

@@ -39,9 +39,9 @@ class TrainingPool {
     std::optional<MirroredFeatures> mirrored_;
     std::vector<int> real_;  // by number in source_
     int mixed_count_ = 0;
-    std::unique_ptr<MixedFeatures> mixed_;    // none if nothing is mixed
+    std::unique_ptr<MixedFeatures> mixed_;   // none if nothing is mixed
     const ShapeFeatures* source_ = nullptr;  // the last of those above
-    std::vector<int> gathered_;  // what rows_ has
+    std::vector<int> gathered_;              // what rows_ has
     std::optional<MetricRows> rows_;
 };
 

@@ -9,8 +9,8 @@
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/random.h"
 #include "nn/dim.h"
-#include "nn/start_shapes.h"
 #include "nn/spectral_vae.h"
+#include "nn/start_shapes.h"
 
 namespace mscomp::nn {
 namespace {

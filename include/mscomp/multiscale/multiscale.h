@@ -23,7 +23,7 @@ struct CenterSpread {
     double radius = 0.06;  // geodesic, diameter = 1
 };
 
-inline constexpr int kFewShapes = 24;
+inline constexpr int kFewShapes = 24, kMostFilledUpTo = 4096;
 
 /// What the configuration of the kind holds for itself (method §9).
 struct MultiscaleSettings {
@@ -34,7 +34,7 @@ struct MultiscaleSettings {
     /// Of the components' least squares, as a part of the mean square of a code; what it leaves
     /// open is as at the neighbours.
     double damping = 0.01;
-    int rounds = 30;     // epochs of alternating least squares; those beyond lower the error in space
+    int rounds = 30;  // epochs of alternating least squares; those beyond lower the error in space
     /// Fewer than kFewShapes training shapes decide by cross-validation whether global components
     /// and mixed shapes help.
     bool select = true;
