@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "check/check_edges.h"
+#include "check/pinch_test.h"
 #include "check/stretch_histogram.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
@@ -32,11 +33,17 @@ struct ShapeOutliers::State {
     struct ShapeFacts {
         bool permuted = false, other_size = false;
         double largest_stretch = 0;  // |S - I|
+        bool opens_a_pinch = false;  // there
     };
 
     State(const TriangleMesh& surface, int shape_count)
-        : edges(surface.vertices, one_rings_of_faces(surface.vertex_count(), surface.faces)),
+        : reference(surface.vertices),
+          rings(one_rings_of_faces(surface.vertex_count(), surface.faces)),
+          edges(reference, rings),
+          pinch(reference, rings),
           shapes(at(shape_count)) {}
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
 
     /// "n of N shapes (first: 'name')" of those for which `is_odd`; empty without one.
     std::string shapes_where(const std::vector<std::string>& names,
@@ -47,7 +54,10 @@ struct ShapeOutliers::State {
                            shapes.size(), names[at(first - shapes.begin())]);
     }
 
+    std::vector<Point> reference;
+    OneRings rings;
     EdgeStretchTest edges;
+    PinchTest pinch;
     std::vector<ShapeFacts> shapes;
     std::mutex mutex;
     StretchHistogram stretches;
@@ -61,13 +71,18 @@ void ShapeOutliers::look_at(int index, const std::vector<Point>& positions,
                             std::span<const float> features) {
     const EdgeStretch edges = state_->edges.compare(positions);
     State::ShapeFacts& facts = state_->shapes[at(index)];
-    facts = {edges.permuted, edges.is_other_unit(), 0};
+    facts = {edges.permuted, edges.is_other_unit()};
     StretchHistogram own;
+    int vertex = -1;
     for (std::size_t v = 0; v < positions.size(); ++v) {
         const double stretch = stretch_of(features.subspan(v * kFeatureDim, kFeatureDim));
         own.add(stretch);
-        facts.largest_stretch = std::max(facts.largest_stretch, stretch);
+        if (!(stretch > facts.largest_stretch)) continue;
+        facts.largest_stretch = stretch;
+        vertex = static_cast<int>(v);
     }
+    facts.opens_a_pinch =
+        vertex >= 0 && state_->pinch.opens_a_pinch(positions, vertex, edges.median_ratio);
     const std::lock_guard<std::mutex> lock(state_->mutex);
     state_->stretches.add(own);
 }
@@ -83,12 +98,19 @@ std::vector<std::string> ShapeOutliers::warnings(const std::vector<std::string>&
     warn(state_->shapes_where(names, [](const State::ShapeFacts& s) { return s.other_size; }),
          "have another size than the reference, as in another unit: it is taken for deformation");
     const double usual = state_->stretches.quantile(kMostStretches);
-    warn(state_->shapes_where(names,
-                              [&](const State::ShapeFacts& s) {
-                                  return is_stretch_outlier(s.largest_stretch, usual);
-                              }),
+    const auto is_outlier = [&](bool opens_a_pinch) {
+        return [usual, opens_a_pinch](const State::ShapeFacts& s) {
+            return s.opens_a_pinch == opens_a_pinch && is_stretch_outlier(s.largest_stretch, usual);
+        };
+    };
+    warn(state_->shapes_where(names, is_outlier(false)),
          fmt::format("stretch somewhere far more than the {:.3g} that 99.9 % of all vertices stay "
                      "below: one scale serves all, so everything else becomes small",
+                     usual));
+    warn(state_->shapes_where(names, is_outlier(true)),
+         fmt::format("are open where the reference is pinched, and stretch there far more than the "
+                     "{:.3g} that 99.9 % of all vertices stay below: one scale serves all; extract "
+                     "with another --reference",
                      usual));
     return result;
 }

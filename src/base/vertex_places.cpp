@@ -62,6 +62,13 @@ int VertexPlaces::coincident_count() const {
     return static_cast<int>(place_.size() - lowest_.size()) - unused_count();
 }
 
+std::vector<Face> VertexPlaces::joined(std::vector<Face> faces) const {
+    for (Face& face : faces) {
+        for (int& corner : face) corner = vertex(place(corner));
+    }
+    return faces;
+}
+
 TriangleMesh VertexPlaces::surface(const TriangleMesh& mesh) const {
     if (are_all_vertices()) return mesh;
     TriangleMesh result{of_places(std::span(mesh.vertices)), mesh.faces};

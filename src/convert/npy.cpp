@@ -148,12 +148,6 @@ double from_half(std::uint16_t bits) {
     return sign * std::ldexp(1024 + fraction, exponent - 25);
 }
 
-double load_real(const NpyArray& array, std::int64_t place) {
-    if (array.type == NpyType::f16) return from_half(load<std::uint16_t>(array, place));
-    if (array.type == NpyType::f32) return static_cast<double>(load<float>(array, place));
-    return load<double>(array, place);
-}
-
 /// What does not fit becomes the largest that does.
 std::int64_t load_integer(const NpyArray& array, std::int64_t place) {
     switch (array.type) {
@@ -175,6 +169,13 @@ std::int64_t load_integer(const NpyArray& array, std::int64_t place) {
             return static_cast<std::int64_t>(std::min<std::uint64_t>(
                 load<std::uint64_t>(array, place), std::numeric_limits<std::int64_t>::max()));
     }
+}
+
+double load_real(const NpyArray& array, std::int64_t place) {
+    if (array.type == NpyType::f16) return from_half(load<std::uint16_t>(array, place));
+    if (array.holds_integers()) return static_cast<double>(load_integer(array, place));
+    if (array.type == NpyType::f32) return static_cast<double>(load<float>(array, place));
+    return load<double>(array, place);
 }
 
 /// Calls use(position in the file, in entries) for entries [first, first + count) of the first
@@ -221,8 +222,8 @@ std::string place_text(const NpyArray& array, std::int64_t first, std::size_t nu
 template <class T>
 std::vector<T> read_reals(const NpyArray& array, std::int64_t first, std::int64_t count,
                           bool may_be_nan) {
-    if (!array.holds_reals()) {
-        throw InputError({array.path}, "holds no floating-point numbers, wanted '<f4' or '<f8'");
+    if (!array.holds_reals() && !array.holds_integers()) {
+        throw InputError({array.path}, "holds no numbers, wanted '<f4' or '<f8'");
     }
     std::vector<T> values;
     const auto append = [&](double value) {

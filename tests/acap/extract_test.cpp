@@ -183,6 +183,23 @@ TEST(Extract, WarnsOfWholeShapesThatAreOdd) {
         Contains(HasSubstr("1 of 40 shapes (first: 'shape_9') stretch somewhere far more")));
 }
 
+// The reference has a ring drawn together that is open in all others: no fault of theirs.
+TEST(Extract, WarnsOfAReferenceThatIsPinched) {
+    const TriangleMesh open = bumpy_sphere(5);
+    const OneRings rings = one_rings_of_faces(open.vertex_count(), open.faces);
+    TriangleMesh shut = open;
+    for (int k = rings.offsets[1000]; k < rings.offsets[1001]; ++k) {
+        Point& p = shut.vertices[at(rings.neighbors[at(k)])];
+        const Vector3d center = vec(open.vertices[1000]);
+        p = point(center + 0.03 * (vec(p) - center));
+    }
+    const MeshSequence sequence = sequence_of({shut, mapped(open, wobble), open});
+    EXPECT_THAT(extract_features(sequence, shut.vertices).warnings,
+                ElementsAre(HasSubstr("2 of 3 shapes (first: 'shape_1') are open where the "
+                                      "reference is pinched")));
+    EXPECT_THAT(extract_features(sequence, open.vertices).warnings, testing::IsEmpty());
+}
+
 TEST(Extract, RefusesWhatIsTooSmallForFloat) {
     const TriangleMesh tiny = mapped(bumpy_sphere(1), [](const Vector3d& p) { return 1e-40 * p; });
     EXPECT_THAT(thrown_message<MeshError>([&] { extract_one(tiny, tiny); }),

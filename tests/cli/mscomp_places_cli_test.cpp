@@ -93,6 +93,8 @@ double seam_gap(const TriangleMesh& mesh) {
 TEST_F(PlacesCommands, NoComponentOpensASeam) {
     write_frames("seam", shapes::seamed_tube(kAround, kRings, 1, 5), 8);
     EXPECT_THAT(run("acapfeat check seam"), HasSubstr("15 vertices lie on another one"));
+    run("acapfeat extract seam -o seen.safetensors");
+    EXPECT_THAT(errors(), HasSubstr("2 boundaries of together 32 edges"));
     for (const std::string kind : {"stacked-attention", "spectral-vae"}) {
         train("seam", kind);
         const std::string of_run = "seam." + kind + ".run";

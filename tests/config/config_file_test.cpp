@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/temporary_folder.h"
 #include "config/config_cases.h"
 #include "mscomp/base/error.h"
 #include "mscomp/kinds/kinds.h"
@@ -48,6 +49,40 @@ TEST(ConfigFile, WhatIsLeftOutKeepsItsDefault) {
         EXPECT_EQ(all_of(read), all_of(defaults));
     }
     EXPECT_EQ(parse_config(kData, "c.yaml").kind, kind_names().front());
+}
+
+/// ASCII in another encoding: so many bytes a character, lowest or highest first.
+std::string widened(const std::string& mark, const std::string& ascii, std::size_t bytes,
+                    bool lowest_first) {
+    std::string result = mark;
+    for (const char c : ascii) {
+        std::string character(bytes, '\0');
+        (lowest_first ? character.front() : character.back()) = c;
+        result += character;
+    }
+    return result;
+}
+
+// YAML may be UTF-8, UTF-16 or UTF-32 with or without a mark: editors of Windows save such files.
+TEST(ConfigFile, IsReadInEveryEncodingOfYaml) {
+    const std::string plain = kData + "train: {epochs: 7}\n";
+    const std::vector<std::string> encoded{
+        "\xEF\xBB\xBF" + plain,
+        widened("\xFF\xFE", plain, 2, true),
+        widened("\xFE\xFF", plain, 2, false),
+        widened("", plain, 2, true),
+        widened("", plain, 2, false),
+        widened(std::string("\xFF\xFE\0\0", 4), plain, 4, true),
+        widened(std::string("\0\0\xFE\xFF", 4), plain, 4, false)};
+    for (const std::string& text : encoded) {
+        const TemporaryFolder folder;
+        const std::string path = folder.put("c.yaml", text);
+        EXPECT_EQ(read_config(path, {}).train.epochs, 7) << testing::PrintToString(text);
+    }
+    const Refusal refusal =
+        refusal_of(widened("\xFF\xFE", kData + "trian: {epochs: 7}\n", 2, true));
+    EXPECT_EQ(refusal.line, 2);
+    EXPECT_THAT(refusal.message, HasSubstr("train"));
 }
 
 // The example of the contract, literally.

@@ -163,6 +163,31 @@ TEST(ArrayFiles, ArraysAreTakenAsPeopleHaveThem) {
                  {"f", array<std::int16_t>(NpyType::i16, {2, 3}, {0, 1, 2, 0, 2, 3})}});
 }
 
+// Voxel grids and quantised scans: whole numbers, of any type and either byte order, are positions
+// where the name or the file says that they are; what has neither name is not taken for them.
+TEST(ArrayFiles, VerticesMayBeIntegers) {
+    const TemporaryFolder folder;
+    const std::vector<Point> wanted{{0, 0, 0}, {1000, 0, 0}, {0, 1000, -3}, {7, 8, 2000000000}};
+    std::vector<std::int32_t> narrow;
+    std::vector<std::int64_t> wide;
+    for (const Point& p : wanted) {
+        narrow.insert(narrow.end(), p.begin(), p.end());
+        wide.insert(wide.end(), p.begin(), p.end());
+    }
+    const std::string as_narrow = array(NpyType::i32, {1, 4, 3}, narrow);
+    for (const std::string& vertices : {as_narrow, array(NpyType::i64, {1, 4, 3}, wide)}) {
+        const std::string corners = faces({0, 1, 2, 0, 2, 3});
+        const std::string npz = put_npz(folder, {{"vertices", vertices}, {"faces", corners}});
+        EXPECT_EQ(read_npz(npz, {}).shapes->shape(0), wanted);
+        const std::string npy = folder.put("grid.npy", vertices);
+        EXPECT_EQ(read_npy(npy, square_reference()).shapes->shape(0), wanted);
+    }
+    const std::string nameless =
+        put_npz(folder, {{"arr_0", as_narrow}, {"arr_1", faces({0, 1, 2, 0, 2, 3})}});
+    EXPECT_THAT(thrown_message<InputError>([&] { read_npz(nameless, {}); }),
+                AllOf(HasSubstr("arr_0"), HasSubstr("<i4")));
+}
+
 TEST(ArrayFiles, RowsOfCoordinatesNeedTheVerticesOfTheReference) {
     const TemporaryFolder folder;
     const std::string rows = doubles({2, 12});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Tables and lists of text: known units, splits, lists of meshes, the rows of a training.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -54,14 +55,18 @@ std::vector<std::string> lines_of(std::string_view text) {
 void check_order(const std::vector<std::string>& names) {
     constexpr std::size_t kMost = 8;
     const NaturalOrder order(names);
-    const std::span<const std::string> some(names.data(), std::min(names.size(), kMost));
-    for (const std::string& a : some) {
-        require(!order.less(a, a), "nothing is less than itself");
-        for (const std::string& b : some) {
-            require(!(order.less(a, b) && order.less(b, a)), "the order has no circles");
-            for (const std::string& c : some) {
-                require(!(order.less(a, b) && order.less(b, c)) || order.less(a, c),
-                        "the order is transitive");
+    const std::size_t count = std::min(names.size(), kMost);
+    // Every pair is compared once: names may be as long as the input.
+    std::array<std::array<bool, kMost>, kMost> less{};
+    for (std::size_t a = 0; a < count; ++a) {
+        for (std::size_t b = 0; b < count; ++b) less[a][b] = order.less(names[a], names[b]);
+    }
+    for (std::size_t a = 0; a < count; ++a) {
+        require(!less[a][a], "nothing is less than itself");
+        for (std::size_t b = 0; b < count; ++b) {
+            require(!(less[a][b] && less[b][a]), "the order has no circles");
+            for (std::size_t c = 0; c < count; ++c) {
+                require(!(less[a][b] && less[b][c]) || less[a][c], "the order is transitive");
             }
         }
     }
@@ -101,7 +106,13 @@ void check_split(std::span<const std::byte> input) {
 void check_list(std::span<const std::byte> input) {
     static const TemporaryFolder folder;
     static const std::string first = folder.put("a.obj", ""), second = folder.put("b.obj", "");
-    const std::string path = folder.put("list", text_of(input));
+    static const MemoryFile memory;
+    // A name beside the meshes for what is in memory.
+    static const std::string path = [] {
+        std::filesystem::create_symlink(memory.filled_with({}), folder / "list");
+        return folder / "list";
+    }();
+    memory.filled_with(input);
     check_order(lines_of(text_of(input)));
     try {
         const auto meshes = unless_refused(path, [&] { return mesh_paths({}, path); });

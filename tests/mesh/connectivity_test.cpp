@@ -2,15 +2,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "base/thrown_message.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/random.h"
+#include "seamed_meshes.h"
 #include "shapes.h"
 
 namespace mscomp {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -156,6 +160,39 @@ TEST(Connectivity, RefusesFacesOutsideTheMesh) {
                 }),
                 HasSubstr("vertex 3"));
     EXPECT_THROW(analyze_connectivity(3, {{0, -1, 2}}), MeshError);
+}
+
+/// Places of vertices that lie exactly on each other.
+VertexPlaces places_of(const TriangleMesh& mesh) {
+    std::map<Point, int> first;
+    std::vector<int> lowest;
+    for (const Point& p : mesh.vertices) {
+        lowest.push_back(first.try_emplace(p, static_cast<int>(lowest.size())).first->second);
+    }
+    return {lowest, mesh.faces};
+}
+
+// Each triangle of a soup is a piece with a boundary of its own only as long as nobody joins them.
+TEST(Connectivity, OfPlacesIsThatOfTheClosedSurface) {
+    const TriangleMesh soup = shapes::soup(shapes::icosphere(1));
+    EXPECT_EQ(report_of(soup).components, soup.face_count());
+    EXPECT_EQ(report_of(soup).boundary_loops, soup.face_count());
+    const ConnectivityReport joined =
+        analyze_connectivity(soup.vertex_count(), soup.faces, {}, places_of(soup)).report;
+    EXPECT_EQ(joined.components, 1);
+    EXPECT_THAT(joined.warnings, IsEmpty());
+}
+
+// Vertices are named as in the file, and what no face of the file uses is told from what is joined.
+TEST(Connectivity, OfPlacesKeepsTheNumbersOfTheFile) {
+    TriangleMesh mesh = shapes::soup(shapes::grid(2, 2));
+    mesh.vertices.push_back({9, 9, 9});
+    const ConnectivityReport joined =
+        analyze_connectivity(mesh.vertex_count(), mesh.faces, {}, places_of(mesh)).report;
+    EXPECT_EQ(joined.boundary_loops, 1);
+    EXPECT_EQ(joined.boundary_edges, 4);
+    EXPECT_EQ(joined.isolated_vertices, 1);
+    EXPECT_THAT(joined.warnings, Contains(HasSubstr("in no face, the first is vertex 7")));
 }
 
 }  // namespace

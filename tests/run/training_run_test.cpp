@@ -2,6 +2,7 @@
 // Runs as a program uses them that is not ours: trained, opened, gone on with, decoded.
 #include "mscomp/run/training_run.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <filesystem>
 #include <span>
 
+#include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
 #include "mscomp/config/config_file.h"
 #include "mscomp/eval/measures.h"
@@ -20,6 +22,11 @@
 
 namespace mscomp {
 namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::IsSupersetOf;
+using testing::StartsWith;
 
 class TrainingRun : public testing::Test {
   protected:
@@ -61,6 +68,37 @@ TEST_F(TrainingRun, LeavesWhatOpensAgain) {
     for (const std::string& path : {metrics_path(run()), log_path(run()), config_path(run())}) {
         EXPECT_TRUE(std::filesystem::exists(path)) << path;
     }
+}
+
+/// Features of an arm with one frame in another unit and one whose vertices come from the other
+/// end, written by a program that has no warnings.
+void write_odd_features(const std::string& path) {
+    GeneratedSequence arm = generate_arm(9, 3, 300);
+    for (Point& p : arm.sequence.shapes[2]) {
+        for (double& coordinate : p) coordinate *= 1000;
+    }
+    std::ranges::reverse(arm.sequence.shapes[5]);
+    PlacedFeatures set = extract_features(arm.sequence, arm.sequence.shapes.front());
+    set.warnings.clear();
+    write_features(path, set);
+}
+
+TEST_F(TrainingRun, WarnsItselfOfWholeShapesThatAreOdd) {
+    std::vector<std::string> warnings;
+    TrainingOptions options;
+    options.on_warning = [&](const std::string& sentence) { warnings.push_back(sentence); };
+    train_run(config(), run(), options);
+    EXPECT_THAT(warnings, IsEmpty());
+
+    write_odd_features(features_);
+    train_run(config(), folder_ / "odd.run", options);
+    const std::string in_other_order =
+        "1 of 9 shapes (first: 'frame_0005') seem to have their vertices in another order";
+    const std::string of_other_size =
+        "1 of 9 shapes (first: 'frame_0002') have another size than the reference";
+    EXPECT_THAT(warnings, IsSupersetOf({StartsWith(in_other_order), StartsWith(of_other_size)}));
+    const std::string log = read_file(log_path(folder_ / "odd.run"));
+    for (const std::string& warning : warnings) EXPECT_THAT(log, HasSubstr("warning: " + warning));
 }
 
 // A filter that drops everything, on a run that is finished: nothing is trained, and whoever opens

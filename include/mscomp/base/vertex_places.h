@@ -44,6 +44,8 @@ class VertexPlaces {
     /// The mesh of the places: W vertices and all F faces, in their order; a face whose corners
     /// meet has a vertex twice.
     TriangleMesh surface(const TriangleMesh& mesh) const;
+    /// The same faces with the lowest vertex of its place at every corner.
+    std::vector<Face> joined(std::vector<Face> faces) const;
     /// Rows of `width` numbers of the W places out of those of the V vertices.
     template <class T>
     std::vector<T> of_places(std::span<const T> rows, int width = 1) const;

@@ -30,9 +30,9 @@ struct NpyArray {
     bool holds_reals() const { return type <= NpyType::f64; }
     bool holds_integers() const { return NpyType::f64 < type && type < NpyType::text; }
     /// Entries [first, first + count) of the first axis in C order, whatever the order in the file.
-    /// Throws InputError if the array holds something else than floating-point numbers, or one that
-    /// is not finite (says where; `may_be_nan` lets NaN pass), for floats also one beyond their
-    /// range.
+    /// Integers are taken as they are, to the 53 bits of a double. Throws InputError if the array
+    /// holds text, or a number that is not finite (says where; `may_be_nan` lets NaN pass), for
+    /// floats also one beyond their range.
     std::vector<double> doubles(std::int64_t first, std::int64_t count,
                                 bool may_be_nan = false) const;
     std::vector<float> floats(std::int64_t first, std::int64_t count) const;

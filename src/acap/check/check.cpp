@@ -60,6 +60,7 @@ class Checker {
         if (meshes_) {
             measure_reference();
             look_at_files(progress);
+            find_oddities_of_reference();
         }
         find_refusals(files_, report_, report_.findings);
         if (coincident_) {
@@ -138,17 +139,25 @@ class Checker {
                                                      point[2] - center[2]));
         }
         report_.unit_ball_scale = farthest > 0 ? 1 / farthest : 0;
-        find_connectivity(meshes_->vertex_count(), meshes_->faces(), face_numbers_, report_,
-                          report_.findings);
         if (is_too_small_for_float(points)) return refuse_small_reference();
         try {
             meter_ = std::make_unique<FrameMeter>(mesh, used);
             StretchHistogram unused;
             reference_ = meter_->measure(mesh.vertices, unused);
-            find_reference_geometry(*meter_, face_numbers_, report_.reference, report_.findings);
         } catch (const MeshError& error) {
             refuse_reference_without_area(error.what());
         }
+    }
+
+    /// Once all shapes have said which vertices are one place.
+    void find_oddities_of_reference() {
+        if (report_.vertices > 0) {
+            const VertexPlaces places(coincident_->lowest(), meshes_->faces());
+            find_connectivity(meshes_->vertex_count(), meshes_->faces(), face_numbers_, places,
+                              report_, report_.findings);
+        }
+        if (!meter_) return;
+        find_reference_geometry(*meter_, face_numbers_, report_.reference, report_.findings);
     }
 
     void refuse_reference_without_area(std::string text) {

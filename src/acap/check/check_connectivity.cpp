@@ -39,15 +39,21 @@ class Groups {
 class ConnectivityFinder {
   public:
     ConnectivityFinder(int vertex_count, const std::vector<Face>& faces,
-                       const std::vector<int>& face_numbers, std::string path)
-        : faces_(faces), numbers_(face_numbers), path_(std::move(path)) {
-        const SurfaceConnectivity surface = analyze_connectivity(vertex_count, faces);
+                       const std::vector<int>& face_numbers, const VertexPlaces& places,
+                       std::string path)
+        : faces_(faces),
+          joined_(places.joined(faces)),
+          places_(places),
+          numbers_(face_numbers),
+          path_(std::move(path)) {
+        const SurfaceConnectivity surface =
+            analyze_connectivity(vertex_count, faces, face_numbers, places);
         rings_ = surface.rings;
         report_ = surface.report;
-        for (std::size_t f = 0; f < faces.size(); ++f) {
-            if (is_degenerate(faces[f])) continue;
+        for (const Face& face : joined_) {
+            if (is_degenerate(face)) continue;
             for (std::size_t k = 0; k < 3; ++k) {
-                const int a = faces[f][k], b = faces[f][(k + 1) % 3];
+                const int a = face[k], b = face[(k + 1) % 3];
                 Sides& sides = edges_[std::minmax(a, b)];
                 (a < b ? sides.upwards : sides.downwards) += 1;
             }
@@ -64,7 +70,6 @@ class ConnectivityFinder {
     }
 
     const ConnectivityReport& report() const { return report_; }
-    int edge_count() const { return static_cast<int>(rings_.neighbors.size() / 2); }
 
   private:
     struct Sides {
@@ -107,7 +112,7 @@ class ConnectivityFinder {
         FindingBuilder builder(Severity::warning, "non_manifold_vertices");
         if (report_.non_manifold_vertices > 0) {
             std::map<int, Groups> far_edges;
-            for (const Face& face : faces_) {
+            for (const Face& face : joined_) {
                 if (is_degenerate(face)) continue;
                 for (std::size_t k = 0; k < 3; ++k) {
                     far_edges[face[k]].join(face[(k + 1) % 3], face[(k + 2) % 3]);
@@ -176,8 +181,10 @@ class ConnectivityFinder {
         const std::vector<int> component = connected_components(rings_);
         std::map<int, std::pair<int, int>> first_and_size;
         for (int i = 0; i < rings_.vertex_count(); ++i) {
-            if (rings_.degree(i) == 0) continue;
-            auto& [first, size] = first_and_size.try_emplace(component[at(i)], i, 0).first->second;
+            const int place = places_.place(i);
+            if (place < 0 || rings_.degree(places_.vertex(place)) == 0) continue;
+            const int piece = component[at(places_.vertex(place))];
+            auto& [first, size] = first_and_size.try_emplace(piece, i, 0).first->second;
             ++size;
         }
         FindingBuilder builder(Severity::warning, "several_components");
@@ -217,7 +224,9 @@ class ConnectivityFinder {
                        "Nothing is to be done if the mesh is meant to have holes.", findings);
     }
 
-    const std::vector<Face>& faces_;
+    const std::vector<Face>& faces_;  // of the file
+    std::vector<Face> joined_;        // of the surface
+    const VertexPlaces& places_;
     const std::vector<int>& numbers_;
     std::string path_;
     OneRings rings_;
@@ -228,11 +237,12 @@ class ConnectivityFinder {
 }  // namespace
 
 void find_connectivity(int vertex_count, const std::vector<Face>& faces,
-                       const std::vector<int>& face_numbers, CheckReport& report,
-                       std::vector<Finding>& findings) {
-    ConnectivityFinder finder(vertex_count, faces, face_numbers, report.reference);
+                       const std::vector<int>& face_numbers, const VertexPlaces& places,
+                       CheckReport& report, std::vector<Finding>& findings) {
+    ConnectivityFinder finder(vertex_count, faces, face_numbers, places, report.reference);
     finder.find(findings);
-    report.edges = finder.edge_count();
+    report.edges =
+        static_cast<int>(one_rings_of_faces(vertex_count, faces).neighbors.size() / 2);
     report.components = finder.report().components;
     report.boundary_loops = finder.report().boundary_loops;
 }

@@ -56,10 +56,10 @@ void find_refusals(const std::vector<CheckedFile>& files, const CheckReport& rep
                    std::vector<Finding>& findings);
 
 /// What is odd about the faces: places of everything the report counts. `face_numbers` (F) are
-/// those of the file, from 1.
+/// those of the file, from 1; for `places` see analyze_connectivity.
 void find_connectivity(int vertex_count, const std::vector<Face>& faces,
-                       const std::vector<int>& face_numbers, CheckReport& report,
-                       std::vector<Finding>& findings);
+                       const std::vector<int>& face_numbers, const VertexPlaces& places,
+                       CheckReport& report, std::vector<Finding>& findings);
 
 /// Vertices that lie on others in every shape, given the lowest one that each (V) lies on.
 void find_coincident(const std::vector<int>& lowest, const std::string& path,

@@ -4,7 +4,6 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -18,10 +17,6 @@
 
 namespace mscomp {
 namespace {
-
-// A ring of this share of the usual width is pinched; one of twice the usual width is stretched.
-constexpr double kPinched = 0.25;
-constexpr double kStretched = 2.0;
 
 // A reference that bends less than this (root mean square sine) is flat: it has no mirror image.
 constexpr double kFlat = 0.02;
@@ -65,30 +60,6 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
     return aa > flat && bb > flat ? ab / std::sqrt(aa * bb) : 1.0;
 }
 
-/// How far a ring spreads in the direction in which it is second widest: 0 where it is pinched to a
-/// line or a point.
-double ring_width(const std::vector<Point>& points, const OneRings& rings, std::size_t vertex) {
-    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-    for (int place = rings.offsets[vertex]; place < rings.offsets[vertex + 1]; ++place) {
-        const auto j = at(rings.neighbors[at(place)]);
-        const Eigen::Vector3d edge = as_vector(points[j]) - as_vector(points[vertex]);
-        spread += edge * edge.transpose();
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread, Eigen::EigenvaluesOnly);
-    return std::sqrt(std::max(eigen.eigenvalues()[1], 0.0));
-}
-
-double median_ring_width(const std::vector<Point>& points, const OneRings& rings) {
-    std::vector<double> widths;
-    widths.reserve(points.size());
-    for (std::size_t v = 0; v < points.size(); ++v) {
-        widths.push_back(ring_width(points, rings, v));
-    }
-    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-    std::nth_element(widths.begin(), middle, widths.end());
-    return *middle;
-}
-
 }  // namespace
 
 FrameMeter::FrameMeter(const TriangleMesh& reference, VertexPlaces used)
@@ -98,7 +69,7 @@ FrameMeter::FrameMeter(const TriangleMesh& reference, VertexPlaces used)
       edges_(reference_.vertices, gradients_.rings()),
       center_(centroid_of(reference_.vertices)),
       radius_(rms_radius(reference_.vertices)),
-      usual_width_(median_ring_width(reference_.vertices, gradients_.rings())) {
+      pinch_(reference_.vertices, gradients_.rings()) {
     std::map<std::pair<int, int>, int> side;
     for (int f = 0; f < reference_.face_count(); ++f) {
         const Face& face = reference_.faces[at(f)];
@@ -161,17 +132,10 @@ FrameFacts FrameMeter::measure_used(const std::vector<Point>& shape,
     facts.bend_agreement = correlation(reference_bends_, bends(shape));
     measure_gradients(shape, facts, histogram);
     if (facts.largest_stretch_vertex >= 0) {
-        facts.opens_a_pinch =
-            opens_a_pinch(shape, facts.largest_stretch_vertex, facts.edges.median_ratio);
+        facts.opens_a_pinch = pinch_.opens_a_pinch(shape, facts.largest_stretch_vertex,
+                                                   facts.edges.median_ratio);
     }
     return facts;
-}
-
-bool FrameMeter::opens_a_pinch(const std::vector<Point>& shape, int vertex,
-                               double size_ratio) const {
-    const OneRings& rings = gradients_.rings();
-    return ring_width(reference_.vertices, rings, at(vertex)) < kPinched * usual_width_ &&
-           ring_width(shape, rings, at(vertex)) < kStretched * size_ratio * usual_width_;
 }
 
 void FrameMeter::measure_gradients(const std::vector<Point>& shape, FrameFacts& facts,

@@ -10,6 +10,7 @@
 #include "check_edges.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/vertex_places.h"
+#include "pinch_test.h"
 #include "stretch_histogram.h"
 
 namespace mscomp {
@@ -39,6 +40,8 @@ class FrameMeter {
   public:
     /// Throws MeshError if the reference has no face with an area.
     FrameMeter(const TriangleMesh& reference, VertexPlaces used);
+    FrameMeter(const FrameMeter&) = delete;
+    FrameMeter& operator=(const FrameMeter&) = delete;
 
     /// Facts about `shape` (V positions); adds its |S - I| to `histogram`.
     FrameFacts measure(const std::vector<Point>& shape, StretchHistogram& histogram) const;
@@ -53,7 +56,6 @@ class FrameMeter {
   private:
     void measure_gradients(const std::vector<Point>& shape, FrameFacts& facts,
                            StretchHistogram& histogram) const;
-    bool opens_a_pinch(const std::vector<Point>& shape, int vertex, double size_ratio) const;
     void measure_turns(const std::vector<Eigen::Matrix3d>& rotations, FrameFacts& facts) const;
     std::vector<double> bends(const std::vector<Point>& shape) const;
 
@@ -74,7 +76,7 @@ class FrameMeter {
     std::vector<double> reference_bends_;
     Point center_;
     double radius_;
-    double usual_width_;  // median of the rings of the reference
+    PinchTest pinch_;
 };
 
 }  // namespace mscomp

@@ -44,9 +44,13 @@ std::string counted(int count, std::string_view one, std::string_view many) {
 
 class ReportBuilder {
   public:
-    ReportBuilder(const std::vector<Face>& faces, const std::vector<int>& face_numbers,
-                  const SurfaceMesh& mesh)
-        : faces_(faces), numbers_(face_numbers), mesh_(mesh), rings_(mesh.rings()) {}
+    ReportBuilder(const std::vector<Face>& faces, const std::vector<Face>& joined,
+                  const std::vector<int>& face_numbers, const SurfaceMesh& mesh)
+        : faces_(faces),
+          joined_(joined),
+          numbers_(face_numbers),
+          mesh_(mesh),
+          rings_(mesh.rings()) {}
 
     ConnectivityReport build() {
         report_.vertex_count = rings_.vertex_count();
@@ -58,6 +62,7 @@ class ReportBuilder {
         count_non_manifold_edges();
         count_vertex_fans();
         count_components();
+        count_isolated_vertices();
         return std::move(report_);
     }
 
@@ -121,8 +126,8 @@ class ReportBuilder {
 
     void count_non_manifold_edges() {
         std::vector<Side> sides;
-        sides.reserve(faces_.size() * 3);
-        for (const Face& face : faces_) {
+        sides.reserve(joined_.size() * 3);
+        for (const Face& face : joined_) {
             if (is_degenerate(face)) continue;
             for (std::size_t corner = 0; corner < 3; ++corner) {
                 const int a = face[corner], b = face[(corner + 1) % 3];
@@ -161,7 +166,7 @@ class ReportBuilder {
     void count_vertex_fans() {
         DisjointSets fans(rings_.neighbors.size());
         std::vector<char> in_face(rings_.neighbors.size(), 0);
-        for (const Face& face : faces_) {
+        for (const Face& face : joined_) {
             if (is_degenerate(face)) continue;
             for (std::size_t corner = 0; corner < 3; ++corner) {
                 const std::size_t next = place(face[corner], face[(corner + 1) % 3]);
@@ -187,32 +192,33 @@ class ReportBuilder {
 
     void count_components() {
         const std::vector<int> component = mesh_.components();
-        std::vector<char> in_face(component.size(), 0);
-        for (const Face& face : faces_) {
-            for (const int corner : face) in_face[at(corner)] = 1;
-        }
-        int first_isolated = -1;
         std::vector<int> used;
-        for (std::size_t i = 0; i < component.size(); ++i) {
-            if (in_face[i] != 0) {
-                used.push_back(component[i]);
-            } else if (report_.isolated_vertices++ == 0) {
-                first_isolated = static_cast<int>(i);
-            }
+        for (const Face& face : joined_) {
+            for (const int corner : face) used.push_back(component[at(corner)]);
         }
         std::sort(used.begin(), used.end());
         report_.components = static_cast<int>(std::unique(used.begin(), used.end()) - used.begin());
         if (report_.components > 1) {
             warn(fmt::format("{} connected components", report_.components));
         }
+    }
+
+    void count_isolated_vertices() {
+        std::vector<char> in_face(at(rings_.vertex_count()), 0);
+        for (const Face& face : faces_) {
+            for (const int corner : face) in_face[at(corner)] = 1;
+        }
+        report_.isolated_vertices = static_cast<int>(std::ranges::count(in_face, 0));
         if (report_.isolated_vertices == 0) return;
+        const auto first = std::ranges::find(in_face, 0) - in_face.begin();
         warn(counted(report_.isolated_vertices, "vertex is", "vertices are") +
-             fmt::format(" in no face, the first is vertex {}", first_isolated + 1));
+             fmt::format(" in no face, the first is vertex {}", first + 1));
     }
 
     void warn(std::string text) { report_.warnings.push_back(std::move(text)); }
 
-    const std::vector<Face>& faces_;
+    const std::vector<Face>& faces_;   // of the file
+    const std::vector<Face>& joined_;  // of the surface
     const std::vector<int>& numbers_;
     const SurfaceMesh& mesh_;
     const OneRings& rings_;
@@ -222,9 +228,10 @@ class ReportBuilder {
 }  // namespace
 
 ConnectivityReport report_connectivity(const std::vector<Face>& faces,
+                                       const std::vector<Face>& joined,
                                        const std::vector<int>& face_numbers,
                                        const SurfaceMesh& mesh) {
-    return ReportBuilder(faces, face_numbers, mesh).build();
+    return ReportBuilder(faces, joined, face_numbers, mesh).build();
 }
 
 }  // namespace mscomp

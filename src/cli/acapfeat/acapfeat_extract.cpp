@@ -48,10 +48,11 @@ class AllButTheLast final : public ShapeSource {
 };
 
 /// What stands before the warnings of the features.
-std::vector<std::string> warnings_of_inputs(const ShapeSource& shapes, const FeatureSet& set) {
+std::vector<std::string> warnings_of_inputs(const ShapeSource& shapes, const VertexPlaces& places,
+                                            const FeatureSet& set) {
     std::vector<std::string> warnings = shapes.warnings();
     const SurfaceConnectivity connectivity =
-        analyze_connectivity(set.vertex_count(), set.reference.faces, shapes.face_numbers());
+        analyze_connectivity(set.vertex_count(), set.reference.faces, shapes.face_numbers(), places);
     warnings.insert(warnings.end(), connectivity.report.warnings.begin(),
                     connectivity.report.warnings.end());
     return warnings;
@@ -72,7 +73,7 @@ FeatureSet extract_to_file(const ShapeSource& shapes, const std::vector<Point>& 
         stop_if_interrupted();
         progress.update(done);
     });
-    const std::vector<std::string> before = warnings_of_inputs(shapes, set);
+    const std::vector<std::string> before = warnings_of_inputs(shapes, *extraction.places, set);
     set.warnings.insert(set.warnings.begin(), before.begin(), before.end());
     if (!doubt.empty()) set.warnings.insert(set.warnings.begin(), doubt);
     stop_if_interrupted();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/vertex_places.h"
 
 namespace mscomp {
 
@@ -58,8 +59,11 @@ struct SurfaceConnectivity {
     ConnectivityReport report;
 };
 /// `face_numbers` (F) tell which face of the file, from 1, each triangle is of; empty: each is its
-/// own. Throws MeshError if a face refers to a vertex outside 0 .. V-1.
+/// own. Edges, boundaries, fans and components are those of the surface of `places`, where vertices
+/// that share one are its lowest; faces and vertices without a face are odd as in the file. Throws
+/// MeshError if a face refers to a vertex outside 0 .. V-1.
 SurfaceConnectivity analyze_connectivity(int vertex_count, const std::vector<Face>& faces,
-                                         const std::vector<int>& face_numbers = {});
+                                         const std::vector<int>& face_numbers = {},
+                                         const VertexPlaces& places = {});
 
 }  // namespace mscomp
