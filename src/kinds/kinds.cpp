@@ -16,11 +16,7 @@ Kind pca();  // src/baselines
 // A row makes a kind known to the configuration, to training and to every command.
 const std::vector<Kind>& all_kinds() {
     static const std::vector<Kind> kinds{
-        multiscale(),
-        nn::stacked_attention(),
-        nn::autoencoder(),
-        nn::spectral_vae(),
-        pca(),
+        multiscale(), nn::stacked_attention(), nn::autoencoder(), nn::spectral_vae(), pca(),
     };
     return kinds;
 }

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "base/aligned.h"
 #include "mscomp/base/channel_scale.h"
 #include "mscomp/base/shape_features.h"
-#include "base/aligned.h"
 #include "nn/vertex_order.h"
 
 namespace mscomp::nn {

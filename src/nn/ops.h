@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/aligned.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/nn/config.h"
-#include "base/aligned.h"
 #include "nn/sparsity_rows.h"
 #include "nn/tape.h"
 

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "base/aligned.h"
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/nn/spectral_config.h"
-#include "base/aligned.h"
 #include "nn/ops.h"
 #include "nn/tape.h"
 

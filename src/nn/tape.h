@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "mscomp/base/index.h"
 #include "base/aligned.h"
+#include "mscomp/base/index.h"
 #include "nn/parameter_set.h"
 
 namespace mscomp::nn {

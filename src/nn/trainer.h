@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "learning/mixed_features.h"
 #include "mscomp/model/config.h"
 #include "mscomp/model/learned_model.h"
 #include "nn/batch_loader.h"
-#include "learning/mixed_features.h"
 #include "nn/model.h"
 
 namespace mscomp::nn {

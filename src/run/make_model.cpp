@@ -8,10 +8,14 @@ namespace mscomp {
 
 std::unique_ptr<LearnedModel> make_model(const Config& config, const ModelContext& context,
                                          DistanceRows& distances, ModelUse use, int shapes) {
-    const ModelPlace place{context.reference, distances, context.scale, use, shapes, [&context] {
-                               return ring_weights(context.reference, EdgeWeights::cotangent);
-                           },
-                           context.weights};
+    const ModelPlace place{
+        context.reference,
+        distances,
+        context.scale,
+        use,
+        shapes,
+        [&context] { return ring_weights(context.reference, EdgeWeights::cotangent); },
+        context.weights};
     return kind_named(config.kind).make(config, place);
 }
 

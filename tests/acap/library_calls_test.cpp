@@ -28,10 +28,11 @@ class LibraryCalls : public testing::Test {
                        "gdb -q -nx -batch -ex run -ex quit --args /bin/true >gdb.txt 2>&1 && "
                        "grep -q 'exited normally' gdb.txt") == 0;
         if (!has_gdb_) return;
-        write_file(path("config.yaml"),
-                   "model: {kind: stacked-attention, levels: [{components: 4, sparsity_range: 0.3}]}\n"
-                   "data: {features: arm.safetensors, split: {train: every, step: 3}}\n"
-                   "train: {epochs: 20, batch: 4}\n");
+        write_file(
+            path("config.yaml"),
+            "model: {kind: stacked-attention, levels: [{components: 4, sparsity_range: 0.3}]}\n"
+            "data: {features: arm.safetensors, split: {train: every, step: 3}}\n"
+            "train: {epochs: 20, batch: 4}\n");
         ASSERT_EQ(shell(acapfeat("generate arm -o arm --frames 8 --vertices 400 --quiet")), 0);
         ASSERT_EQ(shell(acapfeat("generate twist -o bar --frames 6 --vertices 400 --quiet")), 0);
         ASSERT_EQ(shell(acapfeat("extract arm -o arm.safetensors --quiet")), 0);

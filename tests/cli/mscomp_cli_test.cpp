@@ -61,7 +61,8 @@ class Mscomp : public testing::Test {
         fs::create_directories(folder_);
         write_features(path("set.safetensors"), patches_on_a_sphere());
         write_file(path("config.yaml"),
-                   "model: {kind: stacked-attention, levels: [{components: 2, sparsity_range: 0.3}, {components: 2, "
+                   "model: {kind: stacked-attention, levels: [{components: 2, sparsity_range: "
+                   "0.3}, {components: 2, "
                    "sparsity_range: 0.2}]}\n"
                    "data: {features: set.safetensors, split: {train: every, step: 2}}\n"
                    "train: {epochs: 12, batch: 4, checkpoint_every: 3}\n");

@@ -45,7 +45,8 @@ class MscompEvaluate : public testing::Test {
     static void SetUpTestSuite() {
         folder_ = new TemporaryFolder;
         write_file(path("config.yaml"),
-                   "model: {kind: stacked-attention, levels: [{components: 4, sparsity_range: 0.3}, {components: 2, "
+                   "model: {kind: stacked-attention, levels: [{components: 4, sparsity_range: "
+                   "0.3}, {components: 2, "
                    "sparsity_range: 0.2}]}\n"
                    "data: {features: arm.safetensors, split: {train: every, step: 3}}\n"
                    "train: {epochs: 30, batch: 6}\n");

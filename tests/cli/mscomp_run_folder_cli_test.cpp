@@ -22,7 +22,8 @@ class RunFolder : public testing::Test {
     RunFolder() {
         fs::create_directories(work_);
         temporary_.put("work/config.yaml",
-                       fmt::format("model: {{kind: stacked-attention, levels: [{{components: 2, sparsity_range: 0.3}}]}}\n"
+                       fmt::format("model: {{kind: stacked-attention, levels: [{{components: 2, "
+                                   "sparsity_range: 0.3}}]}}\n"
                                    "data: {{features: {}}}\n"
                                    "train: {{epochs: 3, checkpoint_every: 100000}}\n",
                                    arm_features()));

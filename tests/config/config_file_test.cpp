@@ -272,8 +272,8 @@ TEST(ConfigFile, WrongOverridesNameTheOption) {
 }
 
 TEST(ConfigFile, UnknownKindListsTheKnownOnes) {
-    EXPECT_THAT(kind_names(),
-                ElementsAre("multiscale", "stacked-attention", "autoencoder", "spectral-vae", "pca"));
+    EXPECT_THAT(kind_names(), ElementsAre("multiscale", "stacked-attention", "autoencoder",
+                                          "spectral-vae", "pca"));
     try {
         default_config("pcaa");
         FAIL();

@@ -250,9 +250,8 @@ TEST(Npy, ReadingAnotherTypeIsRefused) {
     const NpyArray integers = parse_npy(bytes_of(whole), "x");
     EXPECT_THAT(integers.floats(0, 1), ElementsAre(2147483648.0F));
     const std::string words = npy_texts({"a"});
-    EXPECT_THAT(
-        thrown_message<InputError>([&] { parse_npy(bytes_of(words), "x").floats(0, 1); }),
-        HasSubstr("holds no numbers"));
+    EXPECT_THAT(thrown_message<InputError>([&] { parse_npy(bytes_of(words), "x").floats(0, 1); }),
+                HasSubstr("holds no numbers"));
     EXPECT_THAT(thrown_message<InputError>([&] { integers.integers(); }), HasSubstr("2147483648"));
 }
 

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/aligned.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/random.h"
-#include "base/aligned.h"
 #include "nn/ops.h"
 #include "shapes.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "mixing.h"
 #include "learning/deflation.h"
+#include "mixing.h"
 
 namespace mscomp::nn {
 namespace {

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "mscomp/base/random.h"
 #include "learning/mixed_features.h"
+#include "mscomp/base/random.h"
 #include "small_training.h"
 
 namespace mscomp::nn {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/aligned.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/random.h"
-#include "base/aligned.h"
 #include "shapes.h"
 
 namespace mscomp::nn {

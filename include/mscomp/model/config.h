@@ -44,8 +44,8 @@ struct TrainConfig {
     /// Steps of the last level leave out vertices where nothing acts (the same optimum, faster);
     /// needs the proximal step.
     bool supports = true;
-    /// Fewer training shapes than this are joined by mixed ones (learning/mixed_features.h), others every
-    /// eight epochs; 0: never. Lanes come in sixteens, so that up to 48 cost what 36 do.
+    /// Fewer training shapes than this are joined by mixed ones (learning/mixed_features.h), others
+    /// every eight epochs; 0: never. Lanes come in sixteens, so that up to 48 cost what 36 do.
     int fill_up_to = 48;
     /// Training ends when the mean error of so many epochs is less than `plateau_gain` of it below
     /// that of as many before; 0: never before the last epoch.

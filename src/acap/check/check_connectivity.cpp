@@ -241,8 +241,7 @@ void find_connectivity(int vertex_count, const std::vector<Face>& faces,
                        CheckReport& report, std::vector<Finding>& findings) {
     ConnectivityFinder finder(vertex_count, faces, face_numbers, places, report.reference);
     finder.find(findings);
-    report.edges =
-        static_cast<int>(one_rings_of_faces(vertex_count, faces).neighbors.size() / 2);
+    report.edges = static_cast<int>(one_rings_of_faces(vertex_count, faces).neighbors.size() / 2);
     report.components = finder.report().components;
     report.boundary_loops = finder.report().boundary_loops;
 }

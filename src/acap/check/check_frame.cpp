@@ -132,8 +132,8 @@ FrameFacts FrameMeter::measure_used(const std::vector<Point>& shape,
     facts.bend_agreement = correlation(reference_bends_, bends(shape));
     measure_gradients(shape, facts, histogram);
     if (facts.largest_stretch_vertex >= 0) {
-        facts.opens_a_pinch = pinch_.opens_a_pinch(shape, facts.largest_stretch_vertex,
-                                                   facts.edges.median_ratio);
+        facts.opens_a_pinch =
+            pinch_.opens_a_pinch(shape, facts.largest_stretch_vertex, facts.edges.median_ratio);
     }
     return facts;
 }

@@ -15,8 +15,8 @@ class PinchTest {
     /// Borrows both.
     PinchTest(const std::vector<Point>& reference, const OneRings& rings);
 
-    /// Whether the reference is pinched at `vertex` and `shape`, `size_ratio` times as large, is not
-    /// wider there than usual.
+    /// Whether the reference is pinched at `vertex` and `shape`, `size_ratio` times as large, is
+    /// not wider there than usual.
     bool opens_a_pinch(const std::vector<Point>& shape, int vertex, double size_ratio) const;
 
   private:

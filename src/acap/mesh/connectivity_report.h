@@ -8,8 +8,8 @@
 
 namespace mscomp {
 
-/// Counts what is odd about `faces` as the file has them, and about those joined at places, of which
-/// `mesh` was made; for `face_numbers` see analyze_connectivity.
+/// Counts what is odd about `faces` as the file has them, and about those joined at places, of
+/// which `mesh` was made; for `face_numbers` see analyze_connectivity.
 ConnectivityReport report_connectivity(const std::vector<Face>& faces,
                                        const std::vector<Face>& joined,
                                        const std::vector<int>& face_numbers,

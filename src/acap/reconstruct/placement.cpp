@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <ranges>
 #include <utility>
 
 #include "acap/edge_weights.h"
@@ -45,7 +44,8 @@ void Placement::take_back_shifts(
     std::vector<Eigen::Vector3d>& by_shift,
     const std::function<void(int, const Eigen::Vector3d&)>& add_to_position,
     const std::function<void(int, const Eigen::Matrix3d&)>& add_to_gradient) const {
-    for (const PieceJoint& joint : std::views::reverse(joints_)) {
+    for (auto next = joints_.rbegin(); next != joints_.rend(); ++next) {
+        const PieceJoint& joint = *next;
         by_shift[at(joint.from)] += by_shift[at(joint.to)];
         const Eigen::Vector3d share =
             by_shift[at(joint.to)] / static_cast<double>(joint.links.size());

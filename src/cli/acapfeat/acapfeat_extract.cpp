@@ -51,8 +51,8 @@ class AllButTheLast final : public ShapeSource {
 std::vector<std::string> warnings_of_inputs(const ShapeSource& shapes, const VertexPlaces& places,
                                             const FeatureSet& set) {
     std::vector<std::string> warnings = shapes.warnings();
-    const SurfaceConnectivity connectivity =
-        analyze_connectivity(set.vertex_count(), set.reference.faces, shapes.face_numbers(), places);
+    const SurfaceConnectivity connectivity = analyze_connectivity(
+        set.vertex_count(), set.reference.faces, shapes.face_numbers(), places);
     warnings.insert(warnings.end(), connectivity.report.warnings.begin(),
                     connectivity.report.warnings.end());
     return warnings;

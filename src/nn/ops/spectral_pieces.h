@@ -8,9 +8,9 @@
 #include <cstdint>
 
 #include "../kernels/spectral_kernels.h"
+#include "base/aligned.h"
 #include "batch.h"
 #include "mscomp/base/index.h"
-#include "base/aligned.h"
 #include "nn/tape.h"
 
 namespace mscomp::nn {
