@@ -2,6 +2,7 @@
 // The arrays of a multiscale model in a model file.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "mscomp/base/error.h"
@@ -95,13 +96,12 @@ void MultiscaleModel::load(const SafetensorsFile& file) {
     const auto vertices = file.data<int>(kVertices, {-1});
     const auto entries = static_cast<std::int64_t>(vertices.size());
     const auto values = file.data<float>(kValues, {entries, kFeatureDim});
+    if (first[0] != 0 || first[at(count)] != entries || !std::ranges::is_sorted(first)) {
+        throw CheckpointError(file.path(), fmt::format("{} does not rise to the {} entries of {}",
+                                                       kFirst, entries, kVertices));
+    }
     std::vector<Ball> balls(at(count));
     for (std::size_t k = 0; k < balls.size(); ++k) {
-        if (first[0] != 0 || first[k] > first[k + 1] || first[at(count)] != entries) {
-            throw CheckpointError(file.path(),
-                                  fmt::format("{} does not rise to the {} entries of {}", kFirst,
-                                              entries, kVertices));
-        }
         if (centers[k] < 0 || centers[k] >= vertex_count()) {
             throw CheckpointError(
                 file.path(), fmt::format("centre {} of {} vertices", centers[k], vertex_count()));
