@@ -55,19 +55,12 @@ std::vector<float> MirroredFeatures::mirrored_row(int index) const {
 std::span<const float> MirroredFeatures::shape(int index) const {
     const int count = features_.shape_count();
     if (index < count) return features_.shape(index);
-    {
-        const std::lock_guard lock(mutex_);
-        if (const auto found = rows_.find(index); found != rows_.end()) return found->second;
-    }
-    std::vector<float> row = mirrored_row(index - count);
-    const std::lock_guard lock(mutex_);
-    return rows_.try_emplace(index, std::move(row)).first->second;
+    return rows_.row(index, [&] { return mirrored_row(index - count); });
 }
 
 void MirroredFeatures::forget(int index) const {
     if (index < features_.shape_count()) return features_.forget(index);
-    const std::lock_guard lock(mutex_);
-    rows_.erase(index);
+    rows_.forget(index);
 }
 
 }  // namespace mscomp

@@ -37,21 +37,24 @@ Table split_table(SplitConfig& split) {
     };
 }
 
-Table data_table(DataConfig& data, ShapeRows rows) {
+Table data_table(DataConfig& data, const Kind& kind) {
     Table table{
         {"features", &data.features, {}, "from acapfeat extract; relative to this file"},
         {"split", split_table(data.split), {}, "Which shapes the model is trained on."},
     };
-    if (rows != ShapeRows::features) return table;
-    append(table,
-           {{"center",
-             choice(data.center, {{Scaling::reference, "reference"}, {Scaling::minmax, "minmax"}}),
-             {},
-             "what maps to zero; minmax: the papers"},
-            {"scale",
-             choice(data.scale, {{Scale::shared, "shared"}, {Scale::separate, "separate"}}),
-             {},
-             "factors of rotation and stretch around the reference"}});
+    if (kind.rows != ShapeRows::features) return table;
+    if (kind.has_center) {
+        append(
+            table,
+            {{"center",
+              choice(data.center, {{Scaling::reference, "reference"}, {Scaling::minmax, "minmax"}}),
+              {},
+              "what maps to zero; minmax: the papers"}});
+    }
+    append(table, {{"scale",
+                    choice(data.scale, {{Scale::shared, "shared"}, {Scale::separate, "separate"}}),
+                    {},
+                    "factors of rotation and stretch around the reference"}});
     return table;
 }
 
@@ -80,7 +83,7 @@ Table config_table(Config& config) {
     KindKeys own = kind.keys(config);
     Table table{{"model", model_table(config.kind, std::move(own.model)), {}, own.model_comment}};
     if (!own.loss.empty()) table.push_back({"loss", std::move(own.loss), {}, own.loss_comment});
-    table.push_back({"data", data_table(config.data, kind.rows), {}, "What it is trained on."});
+    table.push_back({"data", data_table(config.data, kind), {}, "What it is trained on."});
     if (!own.train.empty()) {
         table.push_back({"train", std::move(own.train), {}, "How it is trained."});
     }

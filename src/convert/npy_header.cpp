@@ -131,4 +131,15 @@ NpyHeader parse_npy_header(std::string_view text, const std::string& path) {
     return DictionaryParser(text, path).parse();
 }
 
+Shape strides_of(const Shape& shape, bool fortran_order) {
+    Shape strides(shape.size(), 1);
+    if (std::find(shape.begin(), shape.end(), 0) != shape.end()) return strides;
+    if (fortran_order) {
+        for (std::size_t i = 1; i < shape.size(); ++i) strides[i] = strides[i - 1] * shape[i - 1];
+    } else {
+        for (std::size_t i = shape.size(); i-- > 1;) strides[i - 1] = strides[i] * shape[i];
+    }
+    return strides;
+}
+
 }  // namespace mscomp

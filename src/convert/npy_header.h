@@ -19,4 +19,7 @@ struct NpyHeader {
 /// followed by blanks and a line end. Throws InputError with the byte of `text`.
 NpyHeader parse_npy_header(std::string_view text, const std::string& path);
 
+/// In entries, of an array without gaps.
+Shape strides_of(const Shape& shape, bool fortran_order);
+
 }  // namespace mscomp

@@ -30,12 +30,12 @@ std::vector<int> spread_vertices(DistanceRows& distances, int most) {
     return chosen;
 }
 
-Deflation::Deflation(DeflationResidual& residual, DistanceRows& distances, FreePlaces free_places,
-                     std::span<const int> candidates)
+Deflation::Deflation(DeflationResidual& residual, double first_energy, DistanceRows& distances,
+                     FreePlaces free_places, std::span<const int> candidates)
     : residual_(residual),
       distances_(distances),
       free_places_(std::move(free_places)),
-      first_energy_(residual.energy()) {
+      first_energy_(first_energy) {
     for (const int center : candidates) {
         candidates_.push_back({center, free_places_(center, residual.vertices())});
     }
@@ -74,8 +74,6 @@ FoundComponent Deflation::around(int center, const IsCrowded& is_crowded) const 
 }
 
 FoundComponent Deflation::next(const IsCrowded& is_crowded) {
-    // Below this part of the first energy there is only rounding left.
-    constexpr double kNothingLeft = 1e-10;
     FoundComponent found = around(strongest_center(is_crowded), is_crowded);
     if (found.energy > kNothingLeft * first_energy_) {
         residual_.subtract(found.direction);
@@ -88,7 +86,7 @@ FoundComponent Deflation::next(const IsCrowded& is_crowded) {
 std::vector<FoundComponent> deflate(DeflationResidual& residual, int components,
                                     DistanceRows& distances, const FreePlaces& free_places,
                                     std::span<const int> candidates) {
-    Deflation deflation(residual, distances, free_places, candidates);
+    Deflation deflation(residual, residual.energy(), distances, free_places, candidates);
     std::vector<FoundComponent> all;
     for (int k = 0; k < components; ++k) all.push_back(deflation.next());
     return all;

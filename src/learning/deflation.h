@@ -26,6 +26,9 @@ inline constexpr int kCandidates = 64;
 /// Vertices spread over the mesh, each as far as possible from those before it; the first is 0.
 std::vector<int> spread_vertices(DistanceRows& distances, int most);
 
+/// Below this part of the energy that there was at first there is only rounding left.
+inline constexpr double kNothingLeft = 1e-10;
+
 /// Whether there are components enough around a vertex.
 using IsCrowded = std::function<bool(int center)>;
 
@@ -36,9 +39,10 @@ using IsCrowded = std::function<bool(int center)>;
 /// components.
 class Deflation {
   public:
-    /// Borrows residual and distances.
-    Deflation(DeflationResidual& residual, DistanceRows& distances, FreePlaces free_places,
-              std::span<const int> candidates);
+    /// Borrows residual and distances. `first_energy` is what the residual had before anything was
+    /// taken out.
+    Deflation(DeflationResidual& residual, double first_energy, DistanceRows& distances,
+              FreePlaces free_places, std::span<const int> candidates);
 
     /// The next one, taken out. Where there is nothing left it is all zero and has the centre that
     /// was tried last. No centre lies where `is_crowded` unless all candidates do.

@@ -100,20 +100,14 @@ std::vector<float> MixedFeatures::mixed_row(int m) const {
 }
 
 std::span<const float> MixedFeatures::shape(int index) const {
-    if (index < features_.shape_count()) return features_.shape(index);
-    {
-        const std::lock_guard lock(mutex_);
-        if (const auto found = rows_.find(index); found != rows_.end()) return found->second;
-    }
-    std::vector<float> row = mixed_row(index - features_.shape_count());
-    const std::lock_guard lock(mutex_);
-    return rows_.try_emplace(index, std::move(row)).first->second;
+    const int count = features_.shape_count();
+    if (index < count) return features_.shape(index);
+    return rows_.row(index, [&] { return mixed_row(index - count); });
 }
 
 void MixedFeatures::forget(int index) const {
     if (index < features_.shape_count()) return features_.forget(index);
-    const std::lock_guard lock(mutex_);
-    rows_.erase(index);
+    rows_.forget(index);
 }
 
 }  // namespace mscomp

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <mutex>
 #include <span>
 #include <vector>
 
 #include "mscomp/base/distance_rows.h"
+#include "mscomp/base/made_rows.h"
 #include "mscomp/base/shape_features.h"
 
 namespace mscomp {
@@ -53,8 +52,7 @@ class MixedFeatures final : public ShapeFeatures {
     std::uint64_t seed_;
     double between_;
     std::vector<std::vector<float>> middles_;  // distances from each, (V)
-    mutable std::mutex mutex_;
-    mutable std::map<int, std::vector<float>> rows_;
+    mutable MadeRows rows_;
 };
 
 }  // namespace mscomp

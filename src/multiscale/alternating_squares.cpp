@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "multiscale/alternating_squares.h"
 
-#include <numeric>
+#include <algorithm>
 
-#include "mscomp/base/parallel.h"
 #include "multiscale/joint_codes.h"
+#include "multiscale/vertex_loops.h"
 
 namespace mscomp {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using DoubleNines = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 
 }  // namespace
 
@@ -39,9 +38,9 @@ struct AlternatingSquares::CodeEquations {
 };
 
 /// Mean of what the neighbours of v have of the components that act at v.
-DoubleNines AlternatingSquares::ring_mean(const BallComponents& components, int v) const {
+ValuesAtVertex AlternatingSquares::ring_mean(const BallComponents& components, int v) const {
     const std::span<const int> acting = components.at_vertex(v);
-    DoubleNines mean = DoubleNines::Zero(static_cast<Index>(acting.size()), 9);
+    ValuesAtVertex mean = ValuesAtVertex::Zero(static_cast<Index>(acting.size()), 9);
     const int first = rings_.offsets[at(v)], last = rings_.offsets[at(v) + 1];
     for (int entry = first; entry < last; ++entry) {
         const int u = rings_.neighbors[at(entry)];
@@ -67,10 +66,8 @@ double AlternatingSquares::fit_vertex(const MetricRows& rows, const CodeEquation
     const std::span<const int> acting = components.at_vertex(v);
     const std::span<float> values = components.values(v);
     const auto count = static_cast<Index>(acting.size());
-    MatrixXd x = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 9>>(rows.vertex(v).data(),
-                                                                           rows.shape_count(), 9)
-                     .cast<double>();
-    DoubleNines right = equations.damping * ring_mean(before, v);
+    MatrixXd x = shapes_at(rows, v).transpose();
+    ValuesAtVertex right = equations.damping * ring_mean(before, v);
     for (Index a = 0; a < count; ++a) {
         right.row(a).noalias() += equations.codes.col(acting[at(a)]).transpose() * x;
     }
@@ -80,7 +77,7 @@ double AlternatingSquares::fit_vertex(const MetricRows& rows, const CodeEquation
     }
     const double error = x.squaredNorm();
     if (count == 0) return error;
-    const DoubleNines solved = equations.gram_of(acting).llt().solve(right);
+    const ValuesAtVertex solved = equations.gram_of(acting).llt().solve(right);
     for (Index i = 0; i < solved.size(); ++i) values[at(i)] = static_cast<float>(solved.data()[i]);
     return error;
 }
@@ -89,15 +86,11 @@ double AlternatingSquares::round(const MetricRows& rows, BallComponents& compone
     const MatrixXd codes = JointCodes(components).solve(products(components, rows));
     const CodeEquations equations(codes, damping_);
     const BallComponents before = components;
-    const Chunks chunks{rows.vertex_count(), 64};
-    std::vector<double> errors(at(chunks.count()), 0.0);
-    parallel_for(chunks.count(), [&](std::int64_t i) {
-        for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v) {
-            errors[at(i)] += fit_vertex(rows, equations, before, static_cast<int>(v), components);
-        }
+    const double error = sum_over_vertices(rows.vertex_count(), [&](int v) {
+        return fit_vertex(rows, equations, before, v, components);
     });
     components.normalize();
-    return std::accumulate(errors.begin(), errors.end(), 0.0) / rows.shape_count();
+    return error / rows.shape_count();
 }
 
 }  // namespace mscomp

@@ -2,38 +2,14 @@
 #include "multiscale/ball_start.h"
 
 #include <algorithm>
-#include <functional>
 #include <numeric>
 #include <utility>
 
 #include "learning/deflation.h"
+#include "learning/reach.h"
 
 namespace mscomp {
 namespace {
-
-/// The vertices within reach of a centre, rising: within the range, and no more than the largest
-/// share.
-std::vector<int> ball_vertices(std::span<const double> distances, const BallLevel& level) {
-    const auto most = std::max<std::size_t>(
-        1, static_cast<std::size_t>(level.max_support * static_cast<double>(distances.size())));
-    double reach = level.sparsity_range;
-    bool is_limited = false;
-    if (most < distances.size()) {
-        std::vector<double> sorted(distances.begin(), distances.end());
-        const auto outside = sorted.begin() + static_cast<std::ptrdiff_t>(most);
-        std::nth_element(sorted.begin(), outside, sorted.end());
-        is_limited = *outside <= reach;
-        reach = std::min(reach, *outside);
-    }
-    std::vector<int> vertices;
-    for (std::size_t v = 0; v < distances.size(); ++v) {
-        // Nearer than the one after the last that fits, or within the range.
-        if (is_limited ? distances[v] < reach : distances[v] <= reach) {
-            vertices.push_back(static_cast<int>(v));
-        }
-    }
-    return vertices;
-}
 
 /// Components as they are found.
 struct Found {
@@ -54,15 +30,18 @@ struct Found {
     }
 };
 
-void find_global(int count, DeflationResidual& residual, int vertex_count, Found& found) {
-    std::vector<int> everything(at(vertex_count)), places(residual.vertices().size());
-    std::iota(everything.begin(), everything.end(), 0);
+void find_global(int count, double first_energy, DeflationResidual& residual,
+                 const std::vector<int>& everything, Found& found) {
+    std::vector<int> places(residual.vertices().size());
     std::iota(places.begin(), places.end(), 0);
     for (int k = 0; k < count; ++k) {
-        const DeflationDirection direction =
-            residual.main_direction(residual.strongest_vertex(), places);
+        const int strongest = residual.strongest_vertex();
+        DeflationDirection direction = residual.main_direction(strongest, places);
+        if (!(direction.explained() > kNothingLeft * first_energy)) direction = {};
         residual.subtract(direction);
-        found.add(residual, direction, {residual.longest_vertex(direction), everything});
+        const int center =
+            direction.places.empty() ? strongest : residual.longest_vertex(direction);
+        found.add(residual, direction, {center, everything});
     }
 }
 
@@ -83,13 +62,12 @@ class Crowds {
     std::vector<int> counts_;
 };
 
-/// Indices of those of `vertices` that are in `ball`; both rise.
-std::vector<int> places_within(std::span<const int> vertices, std::span<const int> ball) {
+/// The places among `vertices` that are nearer than `reach`, rising.
+std::vector<int> nearer_places(std::span<const int> vertices, std::span<const double> distances,
+                               double reach) {
     std::vector<int> places;
-    std::size_t next = 0;
-    for (std::size_t n = 0; n < vertices.size() && next < ball.size(); ++n) {
-        while (next < ball.size() && ball[next] < vertices[n]) ++next;
-        if (next < ball.size() && ball[next] == vertices[n]) places.push_back(static_cast<int>(n));
+    for (std::size_t n = 0; n < vertices.size(); ++n) {
+        if (distances[at(vertices[n])] < reach) places.push_back(static_cast<int>(n));
     }
     return places;
 }
@@ -102,24 +80,24 @@ BallComponents start_balls(const MetricRows& rows, const MultiscaleSettings& set
     DeflationResidual residual(vertices, shapes);
     residual.fill(rows.all().data(), shapes, 0, shapes, [](double x) { return x; });
     residual.drop_silent_vertices();
+    const double first_energy = residual.energy();
+    std::vector<int> everything(at(vertices));
+    std::iota(everything.begin(), everything.end(), 0);
     Found found;
-    find_global(settings.global_components, residual, vertices, found);
+    find_global(settings.global_components, first_energy, residual, everything, found);
     Crowds crowds(settings.spread, vertices);
     const std::vector<int> candidates = spread_vertices(distances, kCandidates);
     for (const BallLevel& level : settings.levels) {
-        const auto ball_around = [&](int center) {
-            return ball_vertices(distances.row(center), level);
+        const auto within_reach = [&](int center, std::span<const int> of) {
+            const std::span<const double> row = distances.row(center);
+            return nearer_places(of, row, reach_of(row, level.sparsity_range, level.max_support));
         };
-        Deflation deflation(
-            residual, distances,
-            [&](int center, std::span<const int> of) {
-                return places_within(of, ball_around(center));
-            },
-            candidates);
+        Deflation deflation(residual, first_energy, distances, within_reach, candidates);
         for (int k = 0; k < level.components; ++k) {
             const FoundComponent next = deflation.next([&](int v) { return crowds.is_crowded(v); });
             crowds.add(distances.row(next.center));
-            found.add(residual, next.direction, {next.center, ball_around(next.center)});
+            found.add(residual, next.direction,
+                      {next.center, within_reach(next.center, everything)});
         }
     }
     BallComponents components(vertices, std::move(found.balls));

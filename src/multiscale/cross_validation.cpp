@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 #include "multiscale/alternating_squares.h"
 #include "multiscale/ball_start.h"
@@ -30,18 +29,6 @@ struct Fold {
     }
 };
 
-MetricRows rows_of(const ShapeFeatures& shapes, const std::vector<int>& which,
-                   const MetricScale& scale) {
-    MetricRows rows(scale.vertex_count(), static_cast<int>(which.size()));
-    std::vector<float> row(at(scale.vertex_count()) * kFeatureDim);
-    for (std::size_t m = 0; m < which.size(); ++m) {
-        scale.map(shapes.shape(which[m]), row);
-        shapes.forget(which[m]);
-        rows.set(static_cast<int>(m), row);
-    }
-    return rows;
-}
-
 BallComponents fitted(const Choices& choices, MultiscaleSettings settings, std::uint64_t seed,
                       const ChoicePlace& place, const ShapeFeatures& shapes,
                       const std::vector<int>& seen) {
@@ -60,9 +47,8 @@ BallComponents fitted(const Choices& choices, MultiscaleSettings settings, std::
 
 /// Sum of E over the shapes that were left out.
 double error_of(const BallComponents& components, const MetricRows& rows, const SpaceError& error) {
-    MetricRows gradient(rows.vertex_count(), rows.shape_count());
     const Eigen::MatrixXd codes = JointCodes(components).solve(products(components, rows));
-    const std::vector<double> errors = error.evaluate(components, codes, gradient);
+    const std::vector<double> errors = error.evaluate(components, codes);
     return std::accumulate(errors.begin(), errors.end(), 0.0);
 }
 
@@ -75,7 +61,8 @@ ChosenBySpaceError choose(const std::vector<Choices>& candidates,
     std::vector<double> sums(candidates.size(), 0.0);
     for (int number = 0; number < kFolds; ++number) {
         const Fold fold(train, number);
-        const MetricRows rows = rows_of(shapes, fold.left_out, place.scale);
+        TrainingPool left_out(shapes, fold.left_out, nullptr, place.distances, place.scale, {});
+        const MetricRows& rows = left_out.rows(0);
         const SpaceError error(place.reference, place.weights, place.scale, rows);
         for (std::size_t i = 0; i < candidates.size(); ++i) {
             const BallComponents components =

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "multiscale/joint_codes.h"
 
-#include "mscomp/base/parallel.h"
+#include <algorithm>
+
+#include "multiscale/vertex_loops.h"
 
 namespace mscomp {
 namespace {
 
 using Eigen::MatrixXd;
-using FloatNines = Eigen::Matrix<float, Eigen::Dynamic, 9, Eigen::RowMajor>;
 
 /// At most 64 chunks, so that one partial sum for each takes up little memory.
 Chunks vertex_chunks(int vertices) {
@@ -17,7 +18,7 @@ Chunks vertex_chunks(int vertices) {
 
 /// The sum over all vertices of what add(v, sum) adds, for matrices of this size.
 template <class Add>
-MatrixXd sum_over_vertices(int vertices, Eigen::Index rows, Eigen::Index columns, const Add& add) {
+MatrixXd sum_of_matrices(int vertices, Eigen::Index rows, Eigen::Index columns, const Add& add) {
     const Chunks chunks = vertex_chunks(vertices);
     std::vector<MatrixXd> parts(at(chunks.count()));
     parallel_for(chunks.count(), [&](std::int64_t i) {
@@ -29,14 +30,6 @@ MatrixXd sum_over_vertices(int vertices, Eigen::Index rows, Eigen::Index columns
     MatrixXd sum = MatrixXd::Zero(rows, columns);
     for (const MatrixXd& part : parts) sum += part;
     return sum;
-}
-
-Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> values_at(
-    const BallComponents& components, int v) {
-    const std::span<const float> values = components.values(v);
-    return Eigen::Map<const FloatNines>(values.data(), static_cast<Eigen::Index>(values.size() / 9),
-                                        9)
-        .cast<double>();
 }
 
 /// Adds a matrix over the components that act at a vertex to one over all.
@@ -53,7 +46,7 @@ void add_pairs(std::span<const int> acting, const MatrixXd& pairs, MatrixXd& sum
 
 MatrixXd gram_matrix(const BallComponents& components) {
     const int count = components.count();
-    return sum_over_vertices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
+    return sum_of_matrices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
         const auto values = values_at(components, v);
         add_pairs(components.at_vertex(v), values * values.transpose(), sum);
     });
@@ -61,34 +54,31 @@ MatrixXd gram_matrix(const BallComponents& components) {
 
 MatrixXd overlaps(const BallComponents& components) {
     const int count = components.count();
-    return sum_over_vertices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
+    return sum_of_matrices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
         const Eigen::VectorXd squares = values_at(components, v).rowwise().squaredNorm();
         add_pairs(components.at_vertex(v), squares * squares.transpose(), sum);
     });
 }
 
 MatrixXd products(const BallComponents& components, const MetricRows& rows) {
-    using Row = Eigen::Matrix<float, 9, Eigen::Dynamic, Eigen::RowMajor>;
-    using Double = Eigen::Matrix<double, 9, Eigen::Dynamic, Eigen::RowMajor>;
     const int shapes = rows.shape_count();
     // Shapes are columns, contiguous for each component.
-    return sum_over_vertices(
-               rows.vertex_count(), shapes, components.count(),
-               [&](int v, MatrixXd& sum) {
-                   const Double x =
-                       Eigen::Map<const Row>(rows.vertex(v).data(), 9, shapes).cast<double>();
-                   const auto values = values_at(components, v);
-                   const auto acting = components.at_vertex(v);
-                   for (std::size_t a = 0; a < acting.size(); ++a) {
-                       sum.col(acting[a]).noalias() +=
-                           x.transpose() * values.row(static_cast<Eigen::Index>(a)).transpose();
-                   }
-               })
+    return sum_of_matrices(rows.vertex_count(), shapes, components.count(),
+                           [&](int v, MatrixXd& sum) {
+                               const ShapesOfVertex x = shapes_at(rows, v);
+                               const auto values = values_at(components, v);
+                               const auto acting = components.at_vertex(v);
+                               for (std::size_t a = 0; a < acting.size(); ++a) {
+                                   sum.col(acting[a]).noalias() +=
+                                       x.transpose() *
+                                       values.row(static_cast<Eigen::Index>(a)).transpose();
+                               }
+                           })
         .transpose();
 }
 
 Eigen::VectorXd products(const BallComponents& components, std::span<const float> row) {
-    return sum_over_vertices(
+    return sum_of_matrices(
         components.vertex_count(), components.count(), 1, [&](int v, MatrixXd& sum) {
             const auto x = Eigen::Map<const Eigen::Matrix<float, 9, 1>>(row.data() + 9 * at(v));
             const Eigen::VectorXd all = values_at(components, v) * x.cast<double>();

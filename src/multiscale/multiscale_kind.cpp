@@ -85,6 +85,6 @@ std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place
 
 }  // namespace
 
-Kind multiscale() { return {"multiscale", ShapeRows::features, set_defaults, keys, make}; }
+Kind multiscale() { return {"multiscale", ShapeRows::features, set_defaults, keys, make, false}; }
 
 }  // namespace mscomp

@@ -5,9 +5,10 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
-#include "mscomp/base/parallel.h"
 #include "multiscale/area_metric.h"
+#include "multiscale/feature_columns.h"
 #include "multiscale/multiscale_learner.h"
+#include "multiscale/vertex_loops.h"
 
 namespace mscomp {
 namespace {
@@ -92,21 +93,18 @@ std::vector<float> MultiscaleModel::sum(std::span<const float> codes, int levels
         if (levels == 0 || static_cast<int>(l) < levels) count += sizes[l].components;
     }
     std::vector<float> row(at(vertex_count()) * kFeatureDim);
-    const Chunks chunks{vertex_count(), 512};
-    parallel_for(chunks.count(), [&](std::int64_t i) {
-        for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v) {
-            const auto acting = components_.at_vertex(static_cast<int>(v));
-            const auto values = components_.values(static_cast<int>(v));
-            std::array<double, kFeatureDim> total{};
-            for (std::size_t a = 0; a < acting.size() && acting[a] < count; ++a) {
-                const auto code = static_cast<double>(codes[at(acting[a])]);
-                for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                    total[c] += code * static_cast<double>(values[kFeatureDim * a + c]);
-                }
-            }
+    for_vertices(vertex_count(), [&](int v) {
+        const auto acting = components_.at_vertex(v);
+        const auto values = components_.values(v);
+        std::array<double, kFeatureDim> total{};
+        for (std::size_t a = 0; a < acting.size() && acting[a] < count; ++a) {
+            const auto code = static_cast<double>(codes[at(acting[a])]);
             for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                row[at(v) * kFeatureDim + c] = static_cast<float>(total[c]);
+                total[c] += code * static_cast<double>(values[kFeatureDim * a + c]);
             }
+        }
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            row[at(v) * kFeatureDim + c] = static_cast<float>(total[c]);
         }
     });
     return row;
@@ -130,17 +128,7 @@ std::vector<float> MultiscaleModel::change(std::span<const float> codes,
 }
 
 std::vector<CodeColumn> MultiscaleModel::derivatives(std::span<const float> /*codes*/) const {
-    std::vector<CodeColumn> columns(at(components_.count()));
-    for (int k = 0; k < components_.count(); ++k) {
-        CodeColumn& column = columns[at(k)];
-        column.vertices = components_.balls()[at(k)].vertices;
-        column.values = components_.component(k);
-        for (std::size_t n = 0; n < column.vertices.size(); ++n) {
-            scale_.unmap_change(column.vertices[n],
-                                std::span(column.values).subspan(n * kFeatureDim, kFeatureDim));
-        }
-    }
-    return columns;
+    return feature_columns(components_, scale_);
 }
 
 std::vector<ComponentPlace> MultiscaleModel::places() const {

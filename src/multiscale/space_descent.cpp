@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
-#include "mscomp/base/parallel.h"
 #include "multiscale/joint_codes.h"
+#include "multiscale/vertex_loops.h"
 
 namespace mscomp {
 namespace {
@@ -16,9 +15,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of Adam, beside the root mean square of a value and the part of the features that is not
-// explained.
-constexpr double kRate = 0.3;
+// Of Adam, beside the root mean square of a value: so much of the part of the features that is not
+// explained, and at most.
+constexpr double kRate = 0.3, kMostRate = 0.03;
 constexpr double kRateSteps = 25;  // after so many steps it is 1 / sqrt(2) of that
 constexpr double kDecay1 = 0.9, kDecay2 = 0.99;
 constexpr double kCodeDamping = 0.02;  // of normal matrices
@@ -43,21 +42,19 @@ double root_mean_square(std::span<const float> values) {
 /// Gauss-Newton steps of the codes of every shape, with matrices of one moment.
 class SpaceDescent::Codes {
   public:
-    Codes(const SpaceError& error, const BallComponents& components, const MatrixXd& start,
-          const MatrixXd& codes)
-        : start_(start), factors_(at(codes.cols())) {
+    /// Around `start` (K,shapes), with the matrices (K,K) of each shape.
+    Codes(const MatrixXd& start, std::vector<MatrixXd> matrices)
+        : start_(start), stiffness_(start.rows()) {
         // As the prior of VertexFit, whose error is 10⁻⁶ of this.
-        stiffness_ = VectorXd(codes.rows());
-        for (Index k = 0; k < codes.rows(); ++k) {
+        for (Index k = 0; k < start.rows(); ++k) {
             const double square = start.row(k).squaredNorm() / static_cast<double>(start.cols());
-            stiffness_[k] = square > 0 ? 1 / (square * static_cast<double>(codes.rows())) : 1;
+            stiffness_[k] = square > 0 ? 1 / (square * static_cast<double>(start.rows())) : 1;
         }
-        parallel_for(codes.cols(), [&](std::int64_t m) {
-            MatrixXd h = error.normal_matrix(components, codes.col(m), static_cast<int>(m));
+        for (MatrixXd& h : matrices) {
             h.diagonal() *= 1 + kCodeDamping;
             h.diagonal() += stiffness_;
-            factors_[at(m)].compute(h);
-        });
+            factors_.emplace_back(h);
+        }
     }
     void step(const MatrixXd& gradient, MatrixXd& codes) const {
         for (Index m = 0; m < codes.cols(); ++m) {
@@ -93,26 +90,6 @@ void add_vertex(const BallComponents& components, const MatrixXd& codes, int v, 
     }
 }
 
-using VertexRows = Eigen::Matrix<float, 9, Eigen::Dynamic, Eigen::RowMajor>;
-using DoubleRows = Eigen::Matrix<double, 9, Eigen::Dynamic, Eigen::RowMajor>;
-
-DoubleRows rows_at(const MetricRows& rows, int v) {
-    return Eigen::Map<const VertexRows>(rows.vertex(v).data(), 9, rows.shape_count())
-        .cast<double>();
-}
-
-template <class Body>
-double sum_over_vertices_of(int vertices, const Body& body) {
-    const Chunks chunks{vertices, 64};
-    std::vector<double> sums(at(chunks.count()), 0.0);
-    parallel_for(chunks.count(), [&](std::int64_t i) {
-        for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v) {
-            sums[at(i)] += body(static_cast<int>(v));
-        }
-    });
-    return std::accumulate(sums.begin(), sums.end(), 0.0);
-}
-
 }  // namespace
 
 SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& weights,
@@ -120,39 +97,40 @@ SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& wei
     : scale_(scale),
       rows_(rows),
       error_(reference, weights, scale, rows),
+      lossless_(reference, parse_edge_weights(weights)),
       feature_share_(feature_share) {
-    energy_ = sum_over_vertices_of(rows.vertex_count(),
-                                   [&](int v) { return rows_at(rows, v).squaredNorm(); }) /
+    energy_ = sum_over_vertices(rows.vertex_count(),
+                                [&](int v) { return shapes_at(rows, v).squaredNorm(); }) /
               rows.shape_count();
-    energy_ = std::max(energy_, std::numeric_limits<double>::min());
 }
 
-/// Mean F, and its gradient at fixed joint codes times `weight`.
-double SpaceDescent::add_feature_gradient(const BallComponents& components, double weight,
-                                          std::vector<float>& gradient) const {
+/// Mean F, and overwrites its gradient at fixed joint codes.
+double SpaceDescent::feature_gradient(const BallComponents& components,
+                                      std::vector<float>& gradient) const {
     const MatrixXd codes = JointCodes(components).solve(products(components, rows_)).transpose();
     const double count = rows_.shape_count();
-    const double sum = sum_over_vertices_of(rows_.vertex_count(), [&](int v) {
-        DoubleRows left = rows_at(rows_, v);
+    std::ranges::fill(gradient, 0.0F);
+    const double sum = sum_over_vertices(rows_.vertex_count(), [&](int v) {
+        ShapesOfVertex left = shapes_at(rows_, v);
         const auto acting = components.at_vertex(v);
-        const auto values = components.values(v);
+        const ValuesAtVertex values = values_at(components, v);
         for (std::size_t a = 0; a < acting.size(); ++a) {
-            const Eigen::Map<const Eigen::Matrix<float, 9, 1>> own(values.data() + 9 * a);
-            left.noalias() -= own.cast<double>() * codes.col(acting[a]).transpose();
+            left.noalias() -=
+                values.row(static_cast<Index>(a)).transpose() * codes.col(acting[a]).transpose();
         }
-        add_vertex(components, codes, v, left, -2 * weight / count, gradient);
+        add_vertex(components, codes, v, left, -2 / count, gradient);
         return left.squaredNorm();
     });
     return sum / count;
 }
 
+/// Adds the gradient of mean E at fixed codes, by its derivatives in the mapped features.
 void SpaceDescent::add_space_gradient(const BallComponents& components, const MatrixXd& codes,
                                       const MetricRows& by_row,
                                       std::vector<float>& gradient) const {
     const MatrixXd z = codes.transpose();
-    sum_over_vertices_of(rows_.vertex_count(), [&](int v) {
-        add_vertex(components, z, v, rows_at(by_row, v), 1.0 / rows_.shape_count(), gradient);
-        return 0.0;
+    for_vertices(rows_.vertex_count(), [&](int v) {
+        add_vertex(components, z, v, shapes_at(by_row, v), 1.0 / rows_.shape_count(), gradient);
     });
 }
 
@@ -165,7 +143,7 @@ void SpaceDescent::update(double rate, const std::vector<float>& gradient,
     const double step = rate / std::sqrt(1 + steps / kRateSteps);
     const double bias1 = 1 - std::pow(kDecay1, steps), bias2 = 1 - std::pow(kDecay2, steps);
     const std::span<float> values = components.all_values();
-    sum_over_vertices_of(components.vertex_count(), [&](int v) {
+    for_vertices(components.vertex_count(), [&](int v) {
         const std::size_t first = components.first_value(v);
         const std::size_t count = components.values(v).size();
         for (std::size_t i = first; i < first + count; ++i) {
@@ -180,36 +158,38 @@ void SpaceDescent::update(double rate, const std::vector<float>& gradient,
                                            step * static_cast<double>(scale_.root(v)) *
                                                (m / bias1) / std::sqrt(q / bias2));
         }
-        return 0.0;
     });
+}
+
+/// Goes with the part of the features that is not explained, as far as that is small.
+double SpaceDescent::step_size(const BallComponents& components, double features) const {
+    const double part = energy_ > 0 ? std::sqrt(features / energy_) : 0;
+    return std::min(kMostRate, kRate * part) * root_mean_square(components.all_values());
 }
 
 SpaceDescent::Report SpaceDescent::run_epoch(double rate, BallComponents& components,
                                              SpaceState& state) const {
     const MatrixXd start = state.codes;
-    const Codes gauss_newton(error_, components, start, state.codes);
-    double size = kRate * rate * root_mean_square(components.all_values());
+    const Codes gauss_newton(start, error_.normal_matrices(components, start, lossless_));
     MetricRows by_row(rows_.vertex_count(), rows_.shape_count());
     std::vector<float> gradient(components.all_values().size());
     Report report;
-    double weight = 0;
+    double weight = 0, size = 0;
     for (int step = 0; step < kSteps; ++step) {
-        std::ranges::fill(gradient, 0.0F);
-        const double space = mean_of(error_.evaluate(components, state.codes, by_row));
+        const double space = mean_of(error_.evaluate(components, state.codes, &by_row));
+        const double features = feature_gradient(components, gradient);
         if (step == 0) {
-            const double features = add_feature_gradient(components, 0, gradient);
             weight = features > 0 ? feature_share_ * space / features : 0;
-            size *= std::sqrt(std::min(1.0, features / energy_));
+            size = rate * step_size(components, features);
+            report.first = space + weight * features;
         }
-        const double features = add_feature_gradient(components, weight, gradient);
+        for (float& g : gradient) g = static_cast<float>(weight * static_cast<double>(g));
         add_space_gradient(components, state.codes, by_row, gradient);
-        const MatrixXd by_code = products(components, by_row);
-        gauss_newton.step(by_code, state.codes);
+        gauss_newton.step(products(components, by_row), state.codes);
         update(size, gradient, components, state);
         report.space += space / kSteps;
         report.features += features / kSteps;
         report.total += (space + weight * features) / kSteps;
-        if (step == 0) report.first = report.total * kSteps;
     }
     return report;
 }

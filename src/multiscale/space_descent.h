@@ -33,7 +33,7 @@ class SpaceDescent {
     struct Report {
         double space = 0, features = 0;  // E and F as they are
         double total = 0;
-        double first = 0;  // the total of the first step
+        double first = 0;  // the total before the first step
     };
     /// Normal matrices anew, then kSteps steps at `rate` times what is usual.
     Report run_epoch(double rate, BallComponents& components, SpaceState& state) const;
@@ -42,16 +42,17 @@ class SpaceDescent {
 
   private:
     class Codes;
-    double add_feature_gradient(const BallComponents& components, double weight,
-                                std::vector<float>& gradient) const;
+    double feature_gradient(const BallComponents& components, std::vector<float>& gradient) const;
     void add_space_gradient(const BallComponents& components, const Eigen::MatrixXd& codes,
                             const MetricRows& by_row, std::vector<float>& gradient) const;
+    double step_size(const BallComponents& components, double features) const;
     void update(double rate, const std::vector<float>& gradient, BallComponents& components,
                 SpaceState& state) const;
 
     const MetricScale& scale_;
     const MetricRows& rows_;
     SpaceError error_;
+    LosslessReconstruction lossless_;
     double feature_share_;
     double energy_;  // mean squared size of a shape
 };

@@ -6,11 +6,14 @@
 #include "edit/reduced_normal_equations.h"
 #include "mscomp/acap/alignment.h"
 #include "mscomp/base/feature_set.h"
-#include "mscomp/base/parallel.h"
 #include "mscomp/base/points.h"
+#include "multiscale/feature_columns.h"
+#include "multiscale/vertex_loops.h"
 
 namespace mscomp {
 namespace {
+
+using ShapeValues = Eigen::Matrix<double, Eigen::Dynamic, 9>;  // of a vertex
 
 constexpr int kAtOnce = 16;  // shapes whose features and positions are there together
 
@@ -31,60 +34,57 @@ std::vector<Point> left_of(const std::vector<Point>& positions, const std::vecto
 
 }  // namespace
 
-SpaceError::SpaceError(const TriangleMesh& reference, const std::string& weights,
-                       const MetricScale& scale, const MetricRows& shapes)
-    : scale_(scale),
-      shape_count_(shapes.shape_count()),
-      layer_(reference, parse_edge_weights(weights), LayerEquations::tangential),
-      lossless_(reference, parse_edge_weights(weights)) {
-    const double s = unit_ball_scale(reference.vertices);
-    weight_ = 1e6 * s * s / (3.0 * reference.vertex_count());
-    const std::size_t size = at(scale.vertex_count()) * kFeatureDim;
-    std::vector<double> row(size), positions(3 * at(scale.vertex_count()));
-    for (int m = 0; m < shape_count_; ++m) {
-        for (std::size_t i = 0; i < size; ++i) {
-            const int v = static_cast<int>(i / kFeatureDim);
-            const std::size_t c = i % kFeatureDim;
-            row[i] = scale.offset(c) +
-                     scale.unmap_factor(v, c) * static_cast<double>(shapes.value(i, m));
-        }
-        layer_.positions(row, positions);
-        targets_.push_back(as_points(positions));
-    }
-}
-
-/// Unscaled features (count,V,9) of shapes `first` on.
-std::vector<double> SpaceError::features(const BallComponents& components,
-                                         const Eigen::MatrixXd& codes, int first, int count) const {
-    using Nine = Eigen::Matrix<double, 9, Eigen::Dynamic>;
+template <class Mapped>
+std::vector<double> SpaceError::unmapped(int count, const Mapped& mapped) const {
     const std::size_t size = at(scale_.vertex_count()) * kFeatureDim;
     std::vector<double> rows(at(count) * size);
-    const Eigen::MatrixXd z = codes.middleCols(first, count).transpose();
-    const Chunks chunks{scale_.vertex_count(), 256};
-    parallel_for(chunks.count(), [&](std::int64_t i) {
-        Eigen::Matrix<double, Eigen::Dynamic, 9> sum(count, 9);
-        for (std::int64_t n = chunks.begin(i); n < chunks.end(i); ++n) {
-            const int v = static_cast<int>(n);
-            const auto acting = components.at_vertex(v);
-            const Nine values =
-                Eigen::Map<const Eigen::Matrix<float, 9, Eigen::Dynamic>>(
-                    components.values(v).data(), 9, static_cast<Eigen::Index>(acting.size()))
-                    .cast<double>();
-            sum.setZero();
-            for (std::size_t a = 0; a < acting.size(); ++a) {
-                sum.noalias() +=
-                    z.col(acting[a]) * values.col(static_cast<Eigen::Index>(a)).transpose();
-            }
-            for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                const double factor = scale_.unmap_factor(v, c), offset = scale_.offset(c);
-                double* to = rows.data() + at(v) * kFeatureDim + c;
-                for (Eigen::Index m = 0; m < count; ++m) {
-                    to[at(m) * size] = offset + factor * sum(m, static_cast<Eigen::Index>(c));
-                }
+    for_vertices(scale_.vertex_count(), [&](int v) {
+        const ShapeValues values = mapped(v);
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            const double factor = scale_.unmap_factor(v, c), offset = scale_.offset(c);
+            double* to = rows.data() + at(v) * kFeatureDim + c;
+            for (Eigen::Index m = 0; m < count; ++m) {
+                to[at(m) * size] = offset + factor * values(m, static_cast<Eigen::Index>(c));
             }
         }
     });
     return rows;
+}
+
+/// Of components and codes.
+std::vector<double> SpaceError::features(const BallComponents& components,
+                                         const Eigen::MatrixXd& codes, int first, int count) const {
+    const Eigen::MatrixXd z = codes.middleCols(first, count).transpose();
+    return unmapped(count, [&](int v) {
+        const auto acting = components.at_vertex(v);
+        const ValuesAtVertex values = values_at(components, v);
+        ShapeValues sum = ShapeValues::Zero(count, 9);
+        for (std::size_t a = 0; a < acting.size(); ++a) {
+            sum.noalias() += z.col(acting[a]) * values.row(static_cast<Eigen::Index>(a));
+        }
+        return sum;
+    });
+}
+
+SpaceError::SpaceError(const TriangleMesh& reference, const std::string& weights,
+                       const MetricScale& scale, const MetricRows& shapes)
+    : scale_(scale),
+      shape_count_(shapes.shape_count()),
+      layer_(reference, parse_edge_weights(weights), LayerEquations::tangential) {
+    const double s = unit_ball_scale(reference.vertices);
+    weight_ = 1e6 * s * s / (3.0 * reference.vertex_count());
+    const std::size_t size = 3 * at(scale.vertex_count());
+    for (int first = 0; first < shape_count_; first += kAtOnce) {
+        const int count = std::min(kAtOnce, shape_count_ - first);
+        const std::vector<double> rows = unmapped(count, [&](int v) {
+            return ShapeValues(shapes_at(shapes, v).middleCols(first, count).transpose());
+        });
+        std::vector<double> positions(at(count) * size);
+        layer_.positions(rows, positions);
+        for (int m = 0; m < count; ++m) {
+            targets_.push_back(as_points(std::span(positions).subspan(at(m) * size, size)));
+        }
+    }
 }
 
 /// E of one shape, and its derivative in the positions.
@@ -103,23 +103,20 @@ double SpaceError::compare(int m, std::span<const double> positions,
 void SpaceError::take_gradient(std::span<const double> by_feature, int first, int count,
                                MetricRows& gradient) const {
     const std::size_t size = at(scale_.vertex_count()) * kFeatureDim;
-    const Chunks chunks{scale_.vertex_count(), 256};
-    parallel_for(chunks.count(), [&](std::int64_t chunk) {
-        for (std::int64_t v = chunks.begin(chunk); v < chunks.end(chunk); ++v) {
-            for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                const double factor = scale_.unmap_factor(static_cast<int>(v), c);
-                const std::size_t i = at(v) * kFeatureDim + c;
-                for (int m = 0; m < count; ++m) {
-                    gradient.set(i, first + m,
-                                 static_cast<float>(factor * by_feature[at(m) * size + i]));
-                }
+    for_vertices(scale_.vertex_count(), [&](int v) {
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            const double factor = scale_.unmap_factor(v, c);
+            const std::size_t i = at(v) * kFeatureDim + c;
+            for (int m = 0; m < count; ++m) {
+                const double derivative = factor * by_feature[at(m) * size + i];
+                gradient.set(i, first + m, static_cast<float>(derivative));
             }
         }
     });
 }
 
 std::vector<double> SpaceError::evaluate(const BallComponents& components,
-                                         const Eigen::MatrixXd& codes, MetricRows& gradient) const {
+                                         const Eigen::MatrixXd& codes, MetricRows* gradient) const {
     std::vector<double> errors(at(shape_count_));
     const std::size_t vertices = at(scale_.vertex_count());
     std::vector<double> positions, by_position, by_feature;
@@ -136,37 +133,31 @@ std::vector<double> SpaceError::evaluate(const BallComponents& components,
                                             std::span(positions).subspan(begin, 3 * vertices),
                                             std::span(by_position).subspan(begin, 3 * vertices));
         });
+        if (gradient == nullptr) continue;
         layer_.adjoint(rows, by_position, by_feature);
-        take_gradient(by_feature, first, count, gradient);
+        take_gradient(by_feature, first, count, *gradient);
     }
     return errors;
 }
 
-Eigen::MatrixXd SpaceError::normal_matrix(const BallComponents& components,
-                                          const Eigen::VectorXd& codes, int m) const {
-    const std::size_t vertices = at(scale_.vertex_count());
-    const std::vector<double> row = features(components, codes, 0, 1);
-    std::vector<double> positions(3 * vertices);
-    layer_.positions(row, positions);
-    std::vector<std::vector<float>> changes;
+std::vector<Eigen::MatrixXd> SpaceError::normal_matrices(
+    const BallComponents& components, const Eigen::MatrixXd& codes,
+    const LosslessReconstruction& lossless) const {
+    const std::size_t size = 3 * at(scale_.vertex_count());
+    const std::vector<CodeColumn> columns = feature_columns(components, scale_);
     std::vector<FeatureDirection> directions;
-    for (int k = 0; k < components.count(); ++k) {
-        const std::vector<int>& ball = components.balls()[at(k)].vertices;
-        changes.push_back(components.component(k));
-        for (std::size_t n = 0; n < ball.size(); ++n) {
-            scale_.unmap_change(ball[n],
-                                std::span(changes.back()).subspan(n * kFeatureDim, kFeatureDim));
-        }
-    }
-    for (std::size_t k = 0; k < changes.size(); ++k) {
-        directions.push_back({components.balls()[k].vertices, changes[k]});
-    }
-    std::vector<double> derivatives(changes.size() * 3 * vertices);
-    const std::vector<float> rounded(row.begin(), row.end());
-    lossless_.derivatives(rounded, directions, derivatives);
-    const std::vector<Point> points = as_points(positions);
-    return weight_ *
-           reduced_normal_equations(derivatives, points, left_of(points, targets_[at(m)])).H;
+    for (const CodeColumn& column : columns) directions.push_back({column.vertices, column.values});
+    std::vector<Eigen::MatrixXd> matrices(at(shape_count_));
+    parallel_for(shape_count_, [&](std::int64_t m) {
+        const std::vector<double> row = features(components, codes, static_cast<int>(m), 1);
+        std::vector<double> positions(size), derivatives(directions.size() * size);
+        layer_.positions(row, positions);
+        lossless.derivatives(std::vector<float>(row.begin(), row.end()), directions, derivatives);
+        const std::vector<Point> points = as_points(positions);
+        const std::vector<Point> left = left_of(points, targets_[at(m)]);
+        matrices[at(m)] = weight_ * reduced_normal_equations(derivatives, points, left).H;
+    });
+    return matrices;
 }
 
 }  // namespace mscomp

@@ -25,16 +25,21 @@ class SpaceError {
                const MetricRows& shapes);
 
     int shape_count() const { return shape_count_; }
-    /// E of every shape at codes (K,shapes), and overwrites `gradient` with its derivative in every
-    /// mapped feature. The same bits for any number of threads.
+    /// E of every shape at codes (K,shapes); overwrites `gradient`, unless it is null, with its
+    /// derivative in every mapped feature. The same bits for any number of threads.
     std::vector<double> evaluate(const BallComponents& components, const Eigen::MatrixXd& codes,
-                                 MetricRows& gradient) const;
-    /// H = JᵀJ (K,K) of E in the codes (K) of shape `m`, the rigid motion eliminated: 2 H is its
+                                 MetricRows* gradient = nullptr) const;
+    /// H = JᵀJ (K,K) of E in the codes (K) of every shape, the rigid motion eliminated: 2 H is its
     /// Hessian but for second derivatives of positions.
-    Eigen::MatrixXd normal_matrix(const BallComponents& components, const Eigen::VectorXd& codes,
-                                  int m) const;
+    std::vector<Eigen::MatrixXd> normal_matrices(const BallComponents& components,
+                                                 const Eigen::MatrixXd& codes,
+                                                 const LosslessReconstruction& lossless) const;
 
   private:
+    /// Unscaled features (count,V,9) of shapes `first` on, whose mapped ones at a vertex are what
+    /// mapped(v) gives, (count,9).
+    template <class Mapped>
+    std::vector<double> unmapped(int count, const Mapped& mapped) const;
     std::vector<double> features(const BallComponents& components, const Eigen::MatrixXd& codes,
                                  int first, int count) const;
     void take_gradient(std::span<const double> by_feature, int first, int count,
@@ -45,7 +50,6 @@ class SpaceError {
     int shape_count_;
     double weight_;  // 10⁶ s² / (3V)
     FeatureLayer layer_;
-    LosslessReconstruction lossless_;
     std::vector<std::vector<Point>> targets_;
 };
 

@@ -7,6 +7,8 @@
 namespace mscomp {
 namespace {
 
+constexpr double kBetween = 0.3;  // of the patches of mixed shapes (method §9)
+
 std::vector<int> as_they_are(int vertices) {
     std::vector<int> same(at(vertices));
     std::iota(same.begin(), same.end(), 0);
@@ -28,8 +30,8 @@ TrainingPool::TrainingPool(const ShapeFeatures& shapes, std::span<const int> tra
     mixed_count_ = std::max(0, options.fill_up_to - static_cast<int>(real_.size()));
     source_ = from;
     if (mixed_count_ == 0) return;
-    mixed_ = std::make_unique<MixedFeatures>(*from, real_, distances,
-                                             as_they_are(shapes.vertex_count()), options.seed);
+    mixed_ = std::make_unique<MixedFeatures>(
+        *from, real_, distances, as_they_are(shapes.vertex_count()), options.seed, kBetween);
     source_ = mixed_.get();
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "learning/reach.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
@@ -50,26 +51,17 @@ double SparsityRows::penalty(const SparsityRow& around, std::int64_t row) const 
     return sum;
 }
 
-double SparsityRows::reach(std::span<const double> distances) const {
-    // One tenth less than the range leaves room for the ring that the convolution adds around.
-    const double part = level_.max_support.value_or(level_.sparsity_range);
-    const auto most = std::max<std::size_t>(
-        1, static_cast<std::size_t>(part * static_cast<double>(distances.size())));
-    if (most >= distances.size()) return level_.sparsity_range;
-    // Exactly the vertices nearer than the one after the last that fits are free.
-    std::vector<double> sorted(distances.begin(), distances.end());
-    const auto first_outside = sorted.begin() + static_cast<std::ptrdiff_t>(most);
-    std::nth_element(sorted.begin(), first_outside, sorted.end());
-    return std::min(level_.sparsity_range, *first_outside);
-}
-
 SparsityRow SparsityRows::row(int center) {
     const std::span<const double> distances = distances_.row(center);
     if (level_.sparsity_ramp) {
         return {distances, level_.sparsity_ramp->from, level_.sparsity_ramp->to};
     }
     const auto [known, is_new] = reaches_.try_emplace(center, 0.0);
-    if (is_new) known->second = reach(distances);
+    if (is_new) {
+        // One tenth less than the range leaves room for the ring that the convolution adds around.
+        const double share = level_.max_support.value_or(level_.sparsity_range);
+        known->second = reach_of(distances, level_.sparsity_range, share);
+    }
     return {distances, known->second, known->second};
 }
 

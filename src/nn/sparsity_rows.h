@@ -66,7 +66,6 @@ class SparsityRows {
     SparsityRow row(int center);
 
   private:
-    double reach(std::span<const double> distances) const;
     double penalty(const SparsityRow& around, std::int64_t row) const;
 
     DistanceRows& distances_;

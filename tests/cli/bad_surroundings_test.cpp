@@ -8,6 +8,8 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "cli/small_run.h"
 
@@ -232,8 +234,27 @@ TEST_F(BadSurroundings, LittleMemoryIsRefusedInTime) {
     }
 }
 
-// Run by the loader, the process is the loader's.
+/// Without the settings that tests run under, a program has some of its own to make.
+class PlainEnvironment {
+  public:
+    PlainEnvironment() {
+        if (const char* policy = std::getenv(kPolicy)) policy_ = policy;
+        ::unsetenv(kPolicy);
+    }
+    PlainEnvironment(const PlainEnvironment&) = delete;
+    PlainEnvironment& operator=(const PlainEnvironment&) = delete;
+    ~PlainEnvironment() {
+        if (policy_) ::setenv(kPolicy, policy_->c_str(), 1);
+    }
+
+  private:
+    static constexpr const char* kPolicy = "OMP_WAIT_POLICY";
+    std::optional<std::string> policy_;
+};
+
+// Run by the loader, the process is the loader's, and a new start would be that of the loader.
 TEST_F(BadSurroundings, AProgramStartedByTheLoaderIsThatProgram) {
+    const PlainEnvironment plain;
     Dl_info loader{};
     ASSERT_NE(::dladdr(reinterpret_cast<void*>(::getauxval(AT_BASE)), &loader), 0);
     for (const std::string& name : {std::string("acapfeat"), std::string("mscomp")}) {

@@ -30,7 +30,7 @@ class SpaceErrorTest : public testing::Test {
         return {sphere_.mesh, "cotangent", sphere_.scale, cases::rows_of(targets)};
     }
     std::vector<double> value(const SpaceError& of, const MatrixXd& codes) {
-        return of.evaluate(components_, codes, gradient_);
+        return of.evaluate(components_, codes, &gradient_);
     }
 
     static constexpr int kShapes = 3;
@@ -85,7 +85,8 @@ TEST_F(SpaceErrorTest, RigidMotionsCostNothing) {
 TEST_F(SpaceErrorTest, NormalMatrixIsHalfTheHessian) {
     const MatrixXd z = 0.1 * codes_;
     const SpaceError of = error(cases::dense(components_) * z);
-    const MatrixXd h = of.normal_matrix(components_, z.col(0), 0);
+    const LosslessReconstruction lossless(sphere_.mesh, EdgeWeights::cotangent);
+    const MatrixXd h = of.normal_matrices(components_, z, lossless).front();
     constexpr double kStep = 1e-2;
     for (Eigen::Index k = 0; k < 5; ++k) {
         MatrixXd up = z, down = z;

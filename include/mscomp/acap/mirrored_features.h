@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <map>
-#include <mutex>
 #include <span>
 #include <vector>
 
 #include "mscomp/acap/mirror.h"
+#include "mscomp/base/made_rows.h"
 #include "mscomp/base/shape_features.h"
 
 namespace mscomp {
@@ -32,8 +31,7 @@ class MirroredFeatures final : public ShapeFeatures {
 
     const ShapeFeatures& features_;
     const Mirror& mirror_;
-    mutable std::mutex mutex_;
-    mutable std::map<int, std::vector<float>> rows_;
+    mutable MadeRows rows_;
 };
 
 }  // namespace mscomp

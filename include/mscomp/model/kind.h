@@ -54,6 +54,7 @@ struct Kind {
     KindKeys (*keys)(Config& config) = nullptr;
     /// An untrained model.
     std::unique_ptr<LearnedModel> (*make)(const Config& config, const ModelPlace& place) = nullptr;
+    bool has_center = true;  // of features: whether data.center may be anything but the reference
 };
 
 }  // namespace mscomp

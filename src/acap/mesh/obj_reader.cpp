@@ -10,71 +10,25 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "number_text.h"
+#include "obj_cursor.h"
+#include "obj_statements.h"
 #include "polygon_mesh.h"
-#include "text_cursor.h"
 
 namespace mscomp {
 namespace {
 
-/// Statements that change no vertex and no face, and what is not kept of them; nothing where they
-/// only say how to draw. Not among them: "call" and "csh", which would bring in other files.
-struct Statement {
-    std::string_view keyword, unused;
-};
-constexpr std::string_view kCurves = "curves and surfaces";
-constexpr std::array<Statement, 35> kSkippedStatements{{{"vt", "texture coordinates"},
-                                                        {"vn", "normals"},
-                                                        {"usemtl", "materials"},
-                                                        {"mtllib", "materials"},
-                                                        {"g", "groups"},
-                                                        {"o", "groups"},
-                                                        {"s", ""},
-                                                        {"l", "lines"},
-                                                        {"p", "points"},
-                                                        {"vp", kCurves},
-                                                        {"mg", ""},
-                                                        {"usemap", "materials"},
-                                                        {"maplib", "materials"},
-                                                        {"lod", ""},
-                                                        {"bevel", ""},
-                                                        {"shadow_obj", ""},
-                                                        {"trace_obj", ""},
-                                                        {"cstype", kCurves},
-                                                        {"deg", kCurves},
-                                                        {"bmat", kCurves},
-                                                        {"step", kCurves},
-                                                        {"curv", kCurves},
-                                                        {"curv2", kCurves},
-                                                        {"surf", kCurves},
-                                                        {"parm", kCurves},
-                                                        {"trim", kCurves},
-                                                        {"hole", kCurves},
-                                                        {"scrv", kCurves},
-                                                        {"sp", kCurves},
-                                                        {"end", kCurves},
-                                                        {"con", kCurves},
-                                                        {"ctech", ""},
-                                                        {"stech", ""},
-                                                        {"c_interp", ""},
-                                                        {"d_interp", ""}}};
 constexpr std::ptrdiff_t kDigitsThatFit = 18;  // a signed number of 64 bits holds any of them
 constexpr std::array<std::string_view, 3> kCoordinateNames{"x", "y", "z"};
 
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
-bool is_line_end(char c) { return c == '\n' || c == '\r'; }
-
-/// One pass over the text. A statement is a line with its continuation lines.
-class ObjReader {
+/// One pass over the text.
+class ObjReader : private ObjCursor {
   public:
-    ObjReader(std::string_view whole, const std::string& path) : path_(path) {
-        const std::size_t begin = text_begin(whole, path, "an OBJ mesh");
-        const std::string_view text = without_padding(whole.substr(begin));
-        at_ = line_begin_ = text.data();
-        end_ = text.data() + text.size();
+    ObjReader(std::string_view whole, const std::string& path) : ObjCursor(whole, path) {
+        const std::size_t size = at(end_ - at_);
         // About what a triangle mesh needs: 30 bytes a vertex, 18 a face, two faces a vertex.
-        mesh_.vertices.reserve(text.size() / 64);
-        mesh_.ends.reserve(text.size() / 32);
-        mesh_.corners.reserve(text.size() / 11);
+        mesh_.vertices.reserve(size / 64);
+        mesh_.ends.reserve(size / 32);
+        mesh_.corners.reserve(size / 11);
     }
 
     PolygonMesh read() {
@@ -86,10 +40,7 @@ class ObjReader {
             }
         }
         check_complete();
-        for (std::size_t i = 0; i < kSkippedStatements.size(); ++i) {
-            const std::string_view unused = kSkippedStatements[i].unused;
-            if (is_met_[i] && !unused.empty()) mesh_.leave_unused(unused);
-        }
+        for (const std::string_view unused : statements_.unused()) mesh_.leave_unused(unused);
         return std::move(mesh_);
     }
 
@@ -120,53 +71,19 @@ class ObjReader {
 
     void skip_other_statement() {
         const std::string_view keyword = token();
-        const auto known = std::find_if(kSkippedStatements.begin(), kSkippedStatements.end(),
-                                        [&](const auto& s) { return s.keyword == keyword; });
-        if (known != kSkippedStatements.end()) {
-            is_met_[at(known - kSkippedStatements.begin())] = true;
-        } else {
-            note_unknown(keyword);
-        }
+        if (!statements_.note_known(keyword)) note_unknown(keyword);
         skip_statement();
     }
 
-    /// Other programs have statements of their own. Not taken for one is what looks like a damaged
-    /// vertex or face, and what no text has.
     void note_unknown(std::string_view keyword) {
-        const std::string complaint = keyword_complaint(keyword);
-        constexpr std::array<std::string_view, 5> refused{"V", "F", "FO", "call", "csh"};
-        const bool is_refused = std::find(refused.begin(), refused.end(), keyword) != refused.end();
-        if (is_refused || !is_name(keyword)) fail(complaint);
+        const std::string complaint = ObjStatements::complaint_about(keyword);
+        if (!ObjStatements::may_be_foreign(keyword)) fail(complaint);
         if (unknown_complaint_.empty()) {
             unknown_complaint_ = complaint;
             unknown_place_ = here();
         }
         mesh_.pass_over(PassedOver::Kind::unknown_statement,
                         [&] { return fmt::format("line {}: {}", line_, in_quotes(keyword)); });
-    }
-
-    static std::string keyword_complaint(std::string_view keyword) {
-        if (keyword.starts_with(kByteOrderMark)) {
-            return fmt::format(
-                "got a byte order mark (BOM) before {}, expected it at the start of "
-                "the file only; were files put together?",
-                in_quotes(keyword.substr(kByteOrderMark.size())));
-        }
-        return fmt::format(
-            "got the keyword {}, expected v, f, vt, vn, g, o, s, usemtl or another "
-            "one of OBJ",
-            in_quotes(keyword));
-    }
-
-    /// Printable ASCII that does not begin as a number does, nor as "v" or "f" and a number.
-    static bool is_name(std::string_view keyword) {
-        constexpr std::string_view numeric = "0123456789+-.";
-        const std::string_view letters = "vVfF";
-        const bool is_glued = keyword.size() > 1 && letters.find(keyword[0]) != letters.npos &&
-                              numeric.find(keyword[1]) != numeric.npos;
-        return !is_glued && numeric.find(keyword.front()) == numeric.npos &&
-               std::all_of(keyword.begin(), keyword.end(),
-                           [](char c) { return c > 0x20 && c < 0x7f; });
     }
 
     /// The usual line, three short numbers and nothing else, without the detours of read_vertex.
@@ -338,73 +255,14 @@ class ObjReader {
         }
     }
 
-    void skip_blanks() {
-        while (at_ != end_) {
-            if (is_blank(*at_)) {
-                ++at_;
-            } else if (is_continuation(at_)) {
-                ++at_;
-                next_line();
-            } else {
-                return;
-            }
-        }
-    }
-
-    bool is_continuation(const char* place) const {
-        return place != end_ && *place == '\\' && place + 1 != end_ && is_line_end(place[1]);
-    }
-    bool at_statement_end() const { return at_ == end_ || is_line_end(*at_) || *at_ == '#'; }
-    bool at_token_end(const char* place) const {
-        return place == end_ || is_blank(*place) || is_line_end(*place) || is_continuation(place);
-    }
-
-    std::string_view token() const {
-        const char* after = at_;
-        while (!at_token_end(after)) ++after;
-        return {at_, at(after - at_)};
-    }
-
-    void finish_statement() {
-        if (at_ != end_ && *at_ == '#') skip_comment();
-    }
-
-    /// Without continuation: a comment that happens to end in a backslash must not swallow a
-    /// vertex.
-    void skip_comment() {
-        while (at_ != end_ && !is_line_end(*at_)) ++at_;
-    }
-
-    void skip_statement() {
-        while (at_ != end_ && !is_line_end(*at_)) {
-            const bool continued = is_continuation(at_);
-            ++at_;
-            if (continued) next_line();
-        }
-    }
-
-    void next_line() {
-        const bool two_characters = *at_ == '\r' && at_ + 1 != end_ && at_[1] == '\n';
-        at_ += two_characters ? 2 : 1;
-        ++line_;
-        line_begin_ = at_;
-    }
-
-    FilePosition here() const { return {path_, line_, at_ - line_begin_ + 1}; }
-    [[noreturn]] void fail(std::string_view message) const { throw InputError(here(), message); }
     [[noreturn]] void fail_corner() const {
         fail(fmt::format("face corner: got {}, expected an index such as 7, 7/2, 7//3, 7/2/3 or -1",
                          in_quotes(token())));
     }
 
-    const char* at_ = nullptr;
-    const char* end_ = nullptr;
-    const char* line_begin_ = nullptr;
-    std::int64_t line_ = 1;
-    const std::string& path_;
     PolygonMesh mesh_;
     std::vector<ForwardReference> forward_;
-    std::array<bool, kSkippedStatements.size()> is_met_{};
+    ObjStatements statements_;
     std::string unknown_complaint_;  // about the first one
     FilePosition unknown_place_;
 };

@@ -14,7 +14,7 @@ class App;
 namespace mscomp {
 
 struct InitOptions {
-    std::string kind = "multiscale";
+    std::string kind;
 };
 void setup_init(CLI::App& app);
 void run_init(const InitOptions& options);

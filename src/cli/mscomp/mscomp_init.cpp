@@ -15,6 +15,7 @@ namespace mscomp {
 
 void setup_init(CLI::App& app) {
     const auto options = std::make_shared<InitOptions>();
+    options->kind = kind_names().front();
     CLI::App* command = app.add_subcommand("init", "Print the commented defaults of a model kind");
     command
         ->add_option("KIND", options->kind,
