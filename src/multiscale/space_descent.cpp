@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "multiscale/component_gradient.h"
 #include "multiscale/joint_codes.h"
 #include "multiscale/vertex_loops.h"
 
@@ -76,22 +77,6 @@ SpaceState SpaceDescent::begin(const BallComponents& components) const {
             std::vector<float>(size, 0.0F), std::vector<float>(size, 0.0F), 0};
 }
 
-namespace {
-
-/// Adds weight Σ_m z_m g_m to the gradient, g (9,shapes) of a vertex, z (shapes,K).
-template <class Rows>
-void add_vertex(const BallComponents& components, const MatrixXd& codes, int v, const Rows& g,
-                double weight, std::vector<float>& gradient) {
-    const auto acting = components.at_vertex(v);
-    float* to = gradient.data() + components.first_value(v);
-    for (std::size_t a = 0; a < acting.size(); ++a) {
-        const Eigen::Matrix<double, 9, 1> sum = weight * (g * codes.col(acting[a]));
-        for (Index c = 0; c < 9; ++c) to[9 * a + at(c)] += static_cast<float>(sum[c]);
-    }
-}
-
-}  // namespace
-
 SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& weights,
                            const MetricScale& scale, const MetricRows& rows, double feature_share)
     : scale_(scale),
@@ -102,36 +87,6 @@ SpaceDescent::SpaceDescent(const TriangleMesh& reference, const std::string& wei
     energy_ = sum_over_vertices(rows.vertex_count(),
                                 [&](int v) { return shapes_at(rows, v).squaredNorm(); }) /
               rows.shape_count();
-}
-
-/// Mean F, and overwrites its gradient at fixed joint codes.
-double SpaceDescent::feature_gradient(const BallComponents& components,
-                                      std::vector<float>& gradient) const {
-    const MatrixXd codes = JointCodes(components).solve(products(components, rows_)).transpose();
-    const double count = rows_.shape_count();
-    std::ranges::fill(gradient, 0.0F);
-    const double sum = sum_over_vertices(rows_.vertex_count(), [&](int v) {
-        ShapesOfVertex left = shapes_at(rows_, v);
-        const auto acting = components.at_vertex(v);
-        const ValuesAtVertex values = values_at(components, v);
-        for (std::size_t a = 0; a < acting.size(); ++a) {
-            left.noalias() -=
-                values.row(static_cast<Index>(a)).transpose() * codes.col(acting[a]).transpose();
-        }
-        add_vertex(components, codes, v, left, -2 / count, gradient);
-        return left.squaredNorm();
-    });
-    return sum / count;
-}
-
-/// Adds the gradient of mean E at fixed codes, by its derivatives in the mapped features.
-void SpaceDescent::add_space_gradient(const BallComponents& components, const MatrixXd& codes,
-                                      const MetricRows& by_row,
-                                      std::vector<float>& gradient) const {
-    const MatrixXd z = codes.transpose();
-    for_vertices(rows_.vertex_count(), [&](int v) {
-        add_vertex(components, z, v, shapes_at(by_row, v), 1.0 / rows_.shape_count(), gradient);
-    });
 }
 
 /// Adam, whose steps are of the size of the rate: beside the root mean square of a value, and more
@@ -177,14 +132,15 @@ SpaceDescent::Report SpaceDescent::run_epoch(double rate, BallComponents& compon
     double weight = 0, size = 0;
     for (int step = 0; step < kSteps; ++step) {
         const double space = mean_of(error_.evaluate(components, state.codes, &by_row));
-        const double features = feature_gradient(components, gradient);
+        const double features = feature_error(rows_, components, gradient);
         if (step == 0) {
             weight = features > 0 ? feature_share_ * space / features : 0;
             size = rate * step_size(components, features);
             report.first = space + weight * features;
         }
         for (float& g : gradient) g = static_cast<float>(weight * static_cast<double>(g));
-        add_space_gradient(components, state.codes, by_row, gradient);
+        add_component_gradient(components, state.codes, by_row, 1.0 / rows_.shape_count(),
+                               gradient);
         gauss_newton.step(products(components, by_row), state.codes);
         update(size, gradient, components, state);
         report.space += space / kSteps;

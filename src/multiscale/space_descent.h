@@ -42,9 +42,6 @@ class SpaceDescent {
 
   private:
     class Codes;
-    double feature_gradient(const BallComponents& components, std::vector<float>& gradient) const;
-    void add_space_gradient(const BallComponents& components, const Eigen::MatrixXd& codes,
-                            const MetricRows& by_row, std::vector<float>& gradient) const;
     double step_size(const BallComponents& components, double features) const;
     void update(double rate, const std::vector<float>& gradient, BallComponents& components,
                 SpaceState& state) const;

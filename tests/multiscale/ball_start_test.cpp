@@ -88,6 +88,13 @@ TEST_F(BallStart, TakesOutWhatIsThere) {
     EXPECT_GT(std::abs(C.col(0).dot(direction.col(0))), 1 - 1e-6);
     EXPECT_EQ(C.col(1).norm(), 0);
     EXPECT_EQ(C.col(2).norm(), 0);
+    // Nor is a component made of the rounding that global ones leave.
+    settings.global_components = 2;
+    const BallComponents after = start_balls(rows, settings, sphere_.distances);
+    const MatrixXd D = cases::dense(after);
+    EXPECT_GT(std::abs(D.col(0).dot(direction.col(0))), 1 - 1e-6);
+    for (int k = 1; k < D.cols(); ++k) EXPECT_EQ(D.col(k).norm(), 0) << k;
+    for (const Ball& ball : after.balls()) EXPECT_FALSE(ball.vertices.empty());
 }
 
 }  // namespace

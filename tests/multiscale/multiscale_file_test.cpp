@@ -108,6 +108,36 @@ TEST_F(MultiscaleFile, ArraysThatFitNoModelAreRefused) {
     }
 }
 
+// A state in space comes back as it was saved; one that no training leaves is refused.
+TEST_F(MultiscaleFile, HoldsTheStateInSpace) {
+    const std::size_t size = model_->components().all_values().size();
+    const SpaceState sound{cases::random_matrix(7, 5, 1), std::vector<float>(size, 0.5F),
+                           std::vector<float>(size, 0.25F), 75};
+    const auto again = [&](const SpaceState& state) {
+        model_->space_state = state;
+        StoredArrays arrays;
+        model_->save(arrays);
+        const std::string path = folder_ / "space.safetensors";
+        arrays.write(path, {});
+        auto model = made();
+        model->load(SafetensorsFile(path));
+        return *model->space_state;
+    };
+    const SpaceState same = again(sound);
+    EXPECT_TRUE(same.codes == sound.codes);
+    EXPECT_EQ(same.moment1, sound.moment1);
+    EXPECT_EQ(same.moment2, sound.moment2);
+    EXPECT_EQ(same.steps, sound.steps);
+    const auto refuses = [&](const std::function<void(SpaceState&)>& change) {
+        SpaceState state = sound;
+        change(state);
+        EXPECT_THROW(again(state), CheckpointError);
+    };
+    refuses([](SpaceState& state) { state.steps = -1; });
+    refuses([](SpaceState& state) { state.moment2[3] = -1e-9F; });
+    refuses([](SpaceState& state) { state.codes.resize(7, 0); });
+}
+
 // The parent is the one of the level above that is overlapped most; global ones have no children.
 TEST_F(MultiscaleFile, ParentsAreOverlappedMost) {
     const std::vector<int> parents = model_->parents();

@@ -72,6 +72,37 @@ TEST(MixedFeatures, AreTheWeightedSumOfTheShapesTheyFollow) {
     }
 }
 
+// Of two shapes that a patch follows it has a + t (b - a), t from -0.1 to 1.1; about as many
+// patches as asked for, none otherwise, and the shapes drawn first are the same either way.
+TEST(MixedFeatures, MayGoFromOneShapeToAnother) {
+    const Mixing one, both({0, 1, 2, 3, 4, 5}, 2, 5, 0.4);
+    int patches = 0, between = 0;
+    for (int m = 0; m < 20; ++m) {
+        const MixedFeatures::Mix plain = one.mixed.mix(m), mix = both.mixed.mix(m);
+        EXPECT_EQ(mix.shapes, plain.shapes);
+        EXPECT_EQ(mix.weights, plain.weights);
+        EXPECT_EQ(plain.others, plain.shapes);
+        const std::vector<float> row = both.row(m);
+        std::vector<double> wanted(row.size(), 0.0);
+        const std::size_t count = mix.shapes.size();
+        for (std::size_t p = 0; p < count; ++p) {
+            ++patches;
+            between += mix.ways[p] != 0 ? 1 : 0;
+            EXPECT_TRUE(mix.ways[p] >= -0.1F && mix.ways[p] <= 1.1F) << mix.ways[p];
+            EXPECT_EQ(plain.ways[p], 0.0F);
+            const auto from = both.memory.shape(mix.shapes[p]),
+                       to = both.memory.shape(mix.others[p]);
+            for (std::size_t i = 0; i < row.size(); ++i) {
+                const auto a = static_cast<double>(from[i]), b = static_cast<double>(to[i]);
+                wanted[i] += static_cast<double>(mix.weights[i / 9 * count + p]) *
+                             (a + static_cast<double>(mix.ways[p]) * (b - a));
+            }
+        }
+        for (std::size_t i = 0; i < row.size(); ++i) ASSERT_NEAR(row[i], wanted[i], 1e-5);
+    }
+    EXPECT_NEAR(between, 0.4 * patches, 0.1 * patches);
+}
+
 // A function of seed and number: whatever was asked for before, forgotten, and by another object.
 TEST(MixedFeatures, AreAFunctionOfSeedAndNumber) {
     const Mixing one, two, other({0, 1, 2, 3, 4, 5}, 2, 6);

@@ -29,13 +29,13 @@ struct Mixing {
     MixedFeatures mixed;
 
     explicit Mixing(std::vector<int> shapes = {0, 1, 2, 3, 4, 5}, int levels = 2,
-                    std::uint64_t seed = 5)
+                    std::uint64_t seed = 5, double between = 0)
         : mesh(shapes::icosphere(levels)),
           distances(mesh.vertices),
           features(random_features(6, mesh.vertex_count())),
           memory(features, mesh.vertex_count()),
           order(as_it_is(mesh.vertex_count())),
-          mixed(memory, shapes, distances, order.to_user, seed) {}
+          mixed(memory, shapes, distances, order.to_user, seed, between) {}
 
     static std::vector<float> random_features(int shape_count, int vertices) {
         const CounterRandom random(31, 0);

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "multiscale/multiscale_learner.h"
+
+#include <gtest/gtest.h>
+
+#include "ball_cases.h"
+#include "mscomp/model/divergence.h"
+
+namespace mscomp {
+namespace {
+
+/// Shapes whose features are noise, of which few components explain little.
+class RoughShapes final : public ShapeSet {
+  public:
+    RoughShapes(int vertices, int shapes, double size) : vertices_(vertices) {
+        const Eigen::MatrixXd random = size * cases::random_matrix(9 * vertices, shapes, 4);
+        for (Eigen::Index i = 0; i < random.size(); ++i) {
+            features_.push_back(kReferenceFeature[at(i) % kFeatureDim] +
+                                static_cast<float>(random.data()[i]));
+        }
+    }
+    int shape_count() const override { return static_cast<int>(features_.size()) / 9 / vertices_; }
+    int vertex_count() const override { return vertices_; }
+    std::span<const float> shape(int index) const override {
+        return std::span(features_).subspan(9 * at(index * vertices_), 9 * at(vertices_));
+    }
+    std::span<const float> vertices(int) const override { return {}; }
+    void forget(int) const override {}
+
+  private:
+    int vertices_;
+    std::vector<float> features_;
+};
+
+// However little the first stage explains, the second ends: what goes astray is undone at half the
+// rate as often as a run does that, and the error in space falls.
+TEST(MultiscaleLearner, ComesThroughSpaceWhereLittleIsExplained) {
+    for (const int levels : {1, 2}) {
+        for (const double size : {0.02, 0.1, 0.4}) {
+            const TriangleMesh mesh = shapes::icosphere(levels);
+            nn::SphereDistances distances(mesh.vertices);
+            const RoughShapes shapes(mesh.vertex_count(), 14, size);
+            Config config;
+            MultiscaleSettings settings;
+            settings.global_components = 2;
+            settings.levels = {{4, 0.4, 0.4}, {6, 0.3, 0.3}};
+            settings.rounds = 6;
+            settings.select = false;
+            config.settings = settings;
+            config.train.epochs = 12;
+            config.train.fill_up_to = 0;
+            MultiscaleModel model(config, {mesh, distances, cases::Sphere::around(2)});
+            std::vector<int> train(14);
+            std::iota(train.begin(), train.end(), 0);
+            const auto learner = model.learner(shapes, train);
+            learner->start();
+            BallComponents good;
+            std::optional<SpaceState> good_space;
+            TrainingState good_state;
+            double first = 0, last = 0;
+            int setbacks = 0;
+            while (!learner->is_over()) {
+                good = model.components();
+                good_space = model.space_state;
+                good_state = learner->state();
+                try {
+                    const EpochReport report = learner->run_epoch();
+                    last = report.terms[1];
+                    if (first == 0) first = last;
+                } catch (const DivergenceError&) {
+                    ASSERT_LT(++setbacks, 10) << mesh.vertex_count() << " vertices, " << size;
+                    model.set_components(good);
+                    model.space_state = good_space;
+                    good_state.rate_factor = learner->state().rate_factor / 2;
+                    learner->resume(good_state);
+                }
+            }
+            EXPECT_LT(last, first) << mesh.vertex_count() << " vertices, " << size;
+            RecordProperty("setbacks", setbacks);
+        }
+    }
+}
+
+// Fewer than three shapes cannot leave any out, and many need not choose.
+TEST(MultiscaleLearner, ChoosesAmongFewShapesOnly) {
+    cases::Sphere sphere;
+    const RoughShapes shapes(sphere.vertices(), 30, 0.05);
+    Config config;
+    MultiscaleSettings settings;
+    settings.global_components = 2;
+    settings.levels = {{3, 0.3, 0.3}};
+    settings.rounds = 2;
+    config.settings = settings;
+    config.train.fill_up_to = 40;
+    for (const int count : {1, 2, 3, 23, 24, 30}) {
+        MultiscaleModel model(config, {sphere.mesh, sphere.distances, cases::Sphere::around(2)});
+        std::vector<int> train(at(count));
+        std::iota(train.begin(), train.end(), 0);
+        const auto learner = model.learner(shapes, train);
+        learner->start();
+        EXPECT_EQ(learner->notes().size(), count >= 3 && count < kFewShapes ? 4U : 0U) << count;
+        if (count >= kFewShapes) {
+            EXPECT_EQ(model.fill_up_to, 0);
+            EXPECT_EQ(model.code_count(), 5);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mscomp
