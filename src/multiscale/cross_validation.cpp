@@ -34,7 +34,7 @@ BallComponents fitted(const Choices& choices, MultiscaleSettings settings, std::
                       const std::vector<int>& seen) {
     settings.global_components = choices.global_components;
     TrainingPool pool(shapes, seen, place.mirror, place.distances, place.scale,
-                      {choices.fill_up_to, seed});
+                      {choices.fill_up_to, seed, settings.between});
     BallComponents components = start_balls(pool.rows(0), settings, place.distances);
     const AlternatingSquares squares(
         one_rings_of_faces(place.reference.vertex_count(), place.reference.faces), place.scale,

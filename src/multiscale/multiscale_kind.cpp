@@ -68,6 +68,8 @@ KindKeys keys(Config& config) {
          {"seed", &config.train.seed, kNotNegative, "of mixed shapes"},
          {"fill_up_to", &config.train.fill_up_to, Bounds{0, kMostFilledUpTo},
           "few shapes are joined by locally mixed ones; 0: never"},
+         {"between", &own.between, kUnitRange,
+          "part of their patches that lie between two shapes, or a little beyond"},
          {"checkpoint_every", &config.train.checkpoint_every, kCount, "epochs; the last always"}}};
 }
 

@@ -57,7 +57,8 @@ Choices MultiscaleLearner::chosen() {
 TrainingPool& MultiscaleLearner::pool() {
     if (!pool_) {
         pool_.emplace(shapes_, train_, mirror_ ? &*mirror_ : nullptr, place_.distances,
-                      model_.scale(), TrainingPool::Options{model_.fill_up_to, config_.seed});
+                      model_.scale(),
+                      TrainingPool::Options{model_.fill_up_to, config_.seed, settings_.between});
     }
     return *pool_;
 }

@@ -7,8 +7,6 @@
 namespace mscomp {
 namespace {
 
-constexpr double kBetween = 0.3;  // of the patches of mixed shapes (method §9)
-
 std::vector<int> as_they_are(int vertices) {
     std::vector<int> same(at(vertices));
     std::iota(same.begin(), same.end(), 0);
@@ -31,7 +29,7 @@ TrainingPool::TrainingPool(const ShapeFeatures& shapes, std::span<const int> tra
     source_ = from;
     if (mixed_count_ == 0) return;
     mixed_ = std::make_unique<MixedFeatures>(
-        *from, real_, distances, as_they_are(shapes.vertex_count()), options.seed, kBetween);
+        *from, real_, distances, as_they_are(shapes.vertex_count()), options.seed, options.between);
     source_ = mixed_.get();
 }
 

@@ -22,6 +22,7 @@ class TrainingPool {
     struct Options {
         int fill_up_to = 0;  // as many shapes as this, by mixed ones
         std::uint64_t seed = 0;
+        double between = 0;  // part of the patches of mixed shapes that follow two
     };
     /// Borrows the shapes, the mirror (null: none) and the scale, and the distances for so long.
     TrainingPool(const ShapeFeatures& shapes, std::span<const int> train, const Mirror* mirror,

@@ -36,6 +36,19 @@ TEST(SpaceDescent, LowersTheErrorInSpace) {
     EXPECT_EQ(state.steps, 5 * SpaceDescent::kSteps);
 }
 
+// What the features count holds them: they come out better where they count more.
+TEST(SpaceDescent, TheShareOfFeaturesHoldsThem) {
+    const auto features_with = [](double share) {
+        Beside problem;
+        const SpaceDescent descent(problem.sphere.mesh, "cotangent", problem.sphere.scale,
+                                   problem.rows, share);
+        SpaceState state = descent.begin(problem.components);
+        for (int epoch = 0; epoch < 3; ++epoch) descent.run_epoch(1, problem.components, state);
+        return descent.run_epoch(0, problem.components, state).features;
+    };
+    EXPECT_LT(features_with(100), 0.7 * features_with(0));
+}
+
 // The term of features alone, at rate 0: what it reports is the error of joint codes.
 TEST(SpaceDescent, AtRateZeroComponentsStay) {
     Beside problem;

@@ -22,7 +22,7 @@ class TrainingPoolTest : public testing::Test {
         return features;
     }
     TrainingPool pool(int fill_up_to, const Mirror* mirror = nullptr) {
-        return {memory_, train_, mirror, sphere_.distances, sphere_.scale, {fill_up_to, 3}};
+        return {memory_, train_, mirror, sphere_.distances, sphere_.scale, {fill_up_to, 3, 0.3}};
     }
     static std::set<std::vector<float>> shapes_of(const MetricRows& rows) {
         std::set<std::vector<float>> shapes;
