@@ -100,4 +100,14 @@ inline TriangleMesh grid(int columns, int rows) {
     return mesh;
 }
 
+/// Both as one mesh, the second moved by `x` along the first axis.
+inline TriangleMesh beside(TriangleMesh first, const TriangleMesh& second, double x) {
+    const int count = first.vertex_count();
+    for (const Face& f : second.faces) {
+        first.faces.push_back({f[0] + count, f[1] + count, f[2] + count});
+    }
+    for (const Point& p : second.vertices) first.vertices.push_back({p[0] + x, p[1], p[2]});
+    return first;
+}
+
 }  // namespace mscomp::shapes

@@ -9,7 +9,7 @@
 #include <mutex>
 
 #include "check/check_edges.h"
-#include "check/pinch_test.h"
+#include "check/pinched_rings.h"
 #include "check/stretch_histogram.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
@@ -57,7 +57,7 @@ struct ShapeOutliers::State {
     std::vector<Point> reference;
     OneRings rings;
     EdgeStretchTest edges;
-    PinchTest pinch;
+    PinchedRings pinch;
     std::vector<ShapeFacts> shapes;
     std::mutex mutex;
     StretchHistogram stretches;

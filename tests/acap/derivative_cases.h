@@ -13,12 +13,7 @@ namespace mscomp::cases {
 
 /// Two spheres and a vertex without faces beside each: the last hangs on what hangs on the first.
 inline TriangleMesh several_parts() {
-    TriangleMesh mesh = bumpy_sphere(1);
-    const int half = mesh.vertex_count();
-    const TriangleMesh second = shapes::icosphere(1);
-    for (const Face& f : second.faces)
-        mesh.faces.push_back({f[0] + half, f[1] + half, f[2] + half});
-    for (const Point& p : second.vertices) mesh.vertices.push_back({p[0] + 7, p[1], p[2]});
+    TriangleMesh mesh = shapes::beside(bumpy_sphere(1), shapes::icosphere(1), 7);
     mesh.vertices.push_back({1, 2, 3});
     mesh.vertices.push_back({9, 0.5, 0});
     return mesh;

@@ -97,12 +97,8 @@ TEST(Poisson, RoundTripOfASmoothDeformationConverges) {
 // Each connected component has the centroid that it has in the shape given; a vertex without faces
 // lies where it does there.
 TEST(Poisson, EveryComponentHasTheCentroidOfTheShapeGiven) {
-    TriangleMesh mesh = shapes::icosphere(1);
-    const int half = mesh.vertex_count();
-    const TriangleMesh second = shapes::icosphere(1);
-    for (const Face& f : second.faces)
-        mesh.faces.push_back({f[0] + half, f[1] + half, f[2] + half});
-    for (const Point& p : second.vertices) mesh.vertices.push_back({p[0] + 7, p[1], p[2]});
+    const int half = shapes::icosphere(1).vertex_count();
+    TriangleMesh mesh = shapes::beside(shapes::icosphere(1), shapes::icosphere(1), 7);
     mesh.vertices.push_back({1, 2, 3});
     const Vector3d r(0, 0, 1);
     const auto result = PoissonReconstruction(mesh, EdgeWeights::cotangent)

@@ -10,7 +10,7 @@
 #include "check_edges.h"
 #include "mscomp/base/mesh_data.h"
 #include "mscomp/base/vertex_places.h"
-#include "pinch_test.h"
+#include "pinched_rings.h"
 #include "stretch_histogram.h"
 
 namespace mscomp {
@@ -76,7 +76,7 @@ class FrameMeter {
     std::vector<double> reference_bends_;
     Point center_;
     double radius_;
-    PinchTest pinch_;
+    PinchedRings pinch_;
 };
 
 }  // namespace mscomp

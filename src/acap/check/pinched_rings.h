@@ -10,10 +10,10 @@ namespace mscomp {
 /// Where a reference is pinched and shapes are not, they stretch without a fault of theirs. Told by
 /// how far a ring spreads in the direction in which it is second widest: 0 where it is pinched to a
 /// line or a point.
-class PinchTest {
+class PinchedRings {
   public:
     /// Borrows both.
-    PinchTest(const std::vector<Point>& reference, const OneRings& rings);
+    PinchedRings(const std::vector<Point>& reference, const OneRings& rings);
 
     /// Whether the reference is pinched at `vertex` and `shape`, `size_ratio` times as large, is
     /// not wider there than usual.

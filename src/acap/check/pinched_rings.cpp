@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "pinch_test.h"
+#include "pinched_rings.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -40,11 +40,11 @@ double median_ring_width(const std::vector<Point>& points, const OneRings& rings
 
 }  // namespace
 
-PinchTest::PinchTest(const std::vector<Point>& reference, const OneRings& rings)
+PinchedRings::PinchedRings(const std::vector<Point>& reference, const OneRings& rings)
     : reference_(reference), rings_(rings), usual_width_(median_ring_width(reference, rings)) {}
 
-bool PinchTest::opens_a_pinch(const std::vector<Point>& shape, int vertex,
-                              double size_ratio) const {
+bool PinchedRings::opens_a_pinch(const std::vector<Point>& shape, int vertex,
+                                 double size_ratio) const {
     return ring_width(reference_, rings_, at(vertex)) < kPinched * usual_width_ &&
            ring_width(shape, rings_, at(vertex)) < kStretched * size_ratio * usual_width_;
 }
