@@ -97,14 +97,15 @@ TEST(Poisson, RoundTripOfASmoothDeformationConverges) {
 // Each connected component has the centroid that it has in the shape given; a vertex without faces
 // lies where it does there.
 TEST(Poisson, EveryComponentHasTheCentroidOfTheShapeGiven) {
-    const int half = shapes::icosphere(1).vertex_count();
-    TriangleMesh mesh = shapes::beside(shapes::icosphere(1), shapes::icosphere(1), 7);
+    const TriangleMesh sphere = shapes::icosphere(1);
+    const int half = sphere.vertex_count();
+    TriangleMesh mesh = shapes::beside(sphere, sphere, 7);
     mesh.vertices.push_back({1, 2, 3});
     const Vector3d r(0, 0, 1);
     const auto result = PoissonReconstruction(mesh, EdgeWeights::cotangent)
                             .solve(same_feature(mesh, r, Matrix3d::Identity()), mesh.vertices);
     for (int i = 0; i < half; ++i) {
-        const Vector3d ball = vec(second.vertices[at(i)]);
+        const Vector3d ball = vec(sphere.vertices[at(i)]);
         EXPECT_LT(largest(vec(result[at(i)]) - exp_of(r) * ball), 1e-12);
         EXPECT_LT(largest(vec(result[at(half + i)]) - exp_of(r) * ball - Vector3d(7, 0, 0)), 1e-12);
     }
