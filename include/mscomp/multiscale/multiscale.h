@@ -38,8 +38,8 @@ struct MultiscaleSettings {
     /// Fewer than kFewShapes training shapes decide by cross-validation whether global components
     /// and mixed shapes help.
     bool select = true;
-    bool mirror = true;    // learns from the mirror images, too, where the reference is symmetric
-    double between = 0.3;  // part of the patches of mixed shapes that lie between two shapes
+    bool mirror = true;  // learns from the mirror images, too, where the reference is symmetric
+    double between = 0;  // part of the patches of mixed shapes that lie between two shapes
     double feature_share = 0.3;  // what the error of features counts beside that in space
 };
 
