@@ -26,7 +26,8 @@ class SupportsOnScape : public testing::Test {
         }
         run("acapfeat extract '" + shapes_ + "' -o scape.safetensors");
         folder_.put("c.yaml",
-                    "data: {features: scape.safetensors, split: {train: random, count: 36}}\n");
+                    "data: {features: scape.safetensors, split: {train: random, count: 36}}\n"
+                    "model: {kind: stacked-attention}\n");
     }
 
     void run(const std::string& command) {
