@@ -17,6 +17,7 @@ struct AutoencoderInputs {
     Activation latent_activation = Activation::none;
     bool joint = true;  // false: no gradient for source and mask
     bool keeps_residual = false;
+    bool keeps_sum_error = false;
     double error_weight = 1;  // what the gradient of the error will be, see expect_backward
 };
 
@@ -24,11 +25,15 @@ struct AutoencoderOutputs {
     Var code;      // (A,K,lanes)
     Var error;     // (A), squared_error of input and output
     Var residual;  // (A,V,9,lanes) input minus output; not valid unless kept
+    /// (1), (1/active lanes) sum of the squares of sum_p source_p - sum_a output_a: what is left of
+    /// the shapes after all levels up to this one, since masks of siblings sum to 1. Not valid
+    /// unless kept.
+    Var sum_error;
 };
 
 /// A whole level as one op, equal to
 ///   x = mask (source), f = mesh_conv tanh, code = project, expand, y = mesh_conv tanh,
-///   squared_error(x, y), residual = x - y
+///   squared_error(x, y), residual = x - y, squared_error(sum_rows(source), sum_rows(y))
 /// of ops.h. Since nothing happens between expand and the convolution of the decoder, that
 /// convolution is applied to the K component weights instead of the shapes,
 ///   D_k,i = W_own' C_k,i + W_ring' mean_{N(i)} C_k,j,   y_i = tanh(sum_k D_k,i z_k + b'),

@@ -63,6 +63,11 @@ Var attention_mask(Tape<T>& tape, Var component_weights, double power, double ep
 template <class T>
 Var masked_residual(Tape<T>& tape, Var x, Var y, Var mask, bool joint);
 
+/// The sum over all autoencoders of all `rows`, each (A,V,9,L): (1,V,9,L). `joint` false stops the
+/// gradients of all but the last.
+template <class T>
+Var sum_rows(Tape<T>& tape, std::vector<Var> rows, bool joint);
+
 /// (1/active lanes) sum over vertices, channels and active lanes of (x - y)^2 per autoencoder: (A).
 template <class T>
 Var squared_error(Tape<T>& tape, Var x, Var y, const LaneMask<T>& lanes);

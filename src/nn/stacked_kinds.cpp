@@ -102,12 +102,22 @@ Table loss_keys(LossConfig& loss) {
     };
 }
 
+Table stacked_loss_keys(LossConfig& loss) {
+    Table table{
+        {"target",
+         choice(loss.target, {{LossTarget::sum, "sum"}, {LossTarget::share, "share"}}),
+         {},
+         "of levels beyond the first: the shape by the sum of all levels; the paper: share"}};
+    append(table, loss_keys(loss));
+    return table;
+}
+
 KindKeys stacked_attention_keys(Config& config) {
     auto& own = config.own<StackedSettings>();
     return {"Stacked attention autoencoders.", stacked_keys(own.model),
             "Weights of every autoencoder's loss. The paper prints 10, 1, 1: its components stay "
             "global.",
-            loss_keys(own.loss), network_train_keys(config.train)};
+            stacked_loss_keys(own.loss), network_train_keys(config.train)};
 }
 
 KindKeys autoencoder_kind_keys(Config& config) {

@@ -33,6 +33,7 @@ StackedModel<T>::StackedModel(const StackedConfig& config, const LossConfig& los
     : Model<T>(rings, distances, options.batch),
       config_(config),
       sparsity_weight_(loss.sparsity),
+      target_(loss.target),
       options_(options),
       rings_(reordered(rings, order_)) {
     const std::int64_t vertices = order_.vertex_count();
@@ -93,8 +94,16 @@ void StackedModel<T>::add_levels(const LossConfig& loss, Var x) {
                 group_sparsity(tape_, weights, *level.sparsity, options_.sparsity_gradient);
             const CodeLimit codes = code_limit(loss.range_limit, loss.range, this->vertex_count());
             level.range_penalty = range_penalty(tape_, level.code, codes.limit, lane_mask_);
-            terms.insert(terms.end(),
-                         {level.reconstruction, level.group_sparsity, level.range_penalty});
+            const bool has_sum = has_sum_error(level);
+            if (has_sum && !is_fused) {
+                std::vector<Var> outputs;
+                for (std::size_t j = 0; j <= l; ++j) outputs.push_back(levels_[j].output);
+                level.sum_error =
+                    squared_error(tape_, levels_.front().x,
+                                  sum_rows(tape_, std::move(outputs), config_.joint), lane_mask_);
+            }
+            terms.insert(terms.end(), {has_sum ? level.sum_error : level.reconstruction,
+                                       level.group_sparsity, level.range_penalty});
             factors.insert(factors.end(), {loss.reconstruction, loss.sparsity, codes.weight});
         }
         if (is_last) break;
@@ -128,13 +137,21 @@ Var StackedModel<T>::add_fused(Level& level, const LossConfig& loss, Var source,
     inputs.latent_activation = config_.latent_activation;
     inputs.joint = &level == &levels_.front() || config_.joint;
     inputs.keeps_residual = keeps_residual;
+    inputs.keeps_sum_error = options_.losses && has_sum_error(level);
     inputs.error_weight = loss.reconstruction;
     auto op = std::make_unique<Autoencoder<T>>(tape_, rings_, inputs, lane_mask_, *level.supports);
     fused_.push_back(op.get());
     level.code = op->outputs().code;
     level.reconstruction = op->outputs().error;
+    level.sum_error = op->outputs().sum_error;
     tape_.record(std::move(op));
     return fused_.back()->outputs().residual;
+}
+
+/// The first level has nothing before it, and one autoencoder: its error is that of the sum.
+template <class T>
+bool StackedModel<T>::has_sum_error(const Level& level) const {
+    return target_ == LossTarget::sum && &level != &levels_.front();
 }
 
 template <class T>
@@ -193,6 +210,9 @@ std::vector<double> StackedModel<T>::term_values() {
             sum.reconstruction += one.reconstruction;
             sum.sparsity += one.sparsity;
             sum.range += one.range;
+        }
+        if (const Var error = levels_[at(l)].sum_error; error.valid()) {
+            sum.reconstruction = static_cast<double>(tape_.value(error)[0]);
         }
         values.insert(values.end(), {sum.reconstruction, sum.sparsity, sum.range});
     }

@@ -65,6 +65,9 @@ class StackedModel final : public Model<T> {
         Var source, source_mask;  // the input of an autoencoder is mask times source; with small
         Var x, output;            // ops it is x itself, and output what is made of it
         Var code, mask, reconstruction, group_sparsity, range_penalty;
+        /// (1), the error of the sum of all levels up to this one; not valid where each autoencoder
+        /// has an error of its own instead.
+        Var sum_error;
     };
 
     StackedModel(const StackedConfig& config, const LossConfig& loss, const OneRings& rings,
@@ -108,10 +111,11 @@ class StackedModel final : public Model<T> {
     /// component's gradient at a vertex, l = sparsity_weight Lambda / K and h = 2/n sum of the
     /// squared codes (about the curvature of the error in a weight), moving the weight from zero
     /// can gain about max(g - l, 0)^2 / (2 h). Vertices where the sum over the components exceeds
-    /// kWorthwhile / V of the error are admitted, with second moments as if the gradient had always
-    /// been this; vertices whose weights are all exactly zero and would gain less than a quarter of
-    /// that are dropped. At a fixed point the vertices left out could lower the error by about a
-    /// part kWorthwhile in all. Overwrites the gradient of the level's source.
+    /// kWorthwhile / V of the error (of the sum: shared among the autoencoders) are admitted, with
+    /// second moments as if the gradient had always been this; vertices whose weights are all
+    /// exactly zero and would gain less than a quarter of that are dropped. At a fixed point the
+    /// vertices left out could lower the error by about a part kWorthwhile in all. Overwrites the
+    /// gradient of the level's source.
     ///
     /// This, set_acting and act_where_weights_are end the pass: nothing of it can be read any more.
     SupportChange adapt_supports(double sparsity_weight, std::int64_t step);
@@ -123,6 +127,7 @@ class StackedModel final : public Model<T> {
     void add_levels(const LossConfig& loss, Var x);
     Var add_fused(Level& level, const LossConfig& loss, Var source, Var mask, bool keeps_residual);
     void add_small_ops(Level& level, Var x);
+    bool has_sum_error(const Level& level) const;
     /// Where they are: without a slope they stay there.
     void hold_biases();
     void set_inner_acting(int level, std::span<const std::uint8_t> acts);
@@ -130,6 +135,7 @@ class StackedModel final : public Model<T> {
     /// Of the last level, where weights are not zero; in inner numbering too.
     std::vector<std::uint8_t> acting_by_weights() const;
     std::vector<double> curvatures(int autoencoder);
+    double worthwhile(int autoencoder);
 
     using Model<T>::order_;
     using Model<T>::inner_distances_;
@@ -141,6 +147,7 @@ class StackedModel final : public Model<T> {
 
     StackedConfig config_;
     double sparsity_weight_;
+    LossTarget target_;
     Options options_;
     RingTable<T> rings_;
     std::vector<std::unique_ptr<SparsityRows>> sparsity_;   // per level

@@ -142,7 +142,9 @@ template <class T>
 std::vector<double> StackedModel<T>::curvatures(int autoencoder) {
     const Level& level = levels_.back();
     const auto lanes = static_cast<std::int64_t>(lane_mask_.weight.size());
-    const auto weight = static_cast<double>(tape_.grad(level.reconstruction)[at(autoencoder)]);
+    const auto weight = static_cast<double>(
+        level.sum_error.valid() ? tape_.grad(level.sum_error)[0]
+                                : tape_.grad(level.reconstruction)[at(autoencoder)]);
     std::vector<double> curvatures(at(level.components));
     for (int k = 0; k < level.components; ++k) {
         const std::int64_t row = std::int64_t{autoencoder} * level.components + k;
@@ -154,6 +156,18 @@ std::vector<double> StackedModel<T>::curvatures(int autoencoder) {
         curvatures[at(k)] = 2 * weight * squares / lane_mask_.active;
     }
     return curvatures;
+}
+
+/// What a vertex has to gain to be admitted to an autoencoder of the last level.
+template <class T>
+double StackedModel<T>::worthwhile(int autoencoder) {
+    const Level& level = levels_.back();
+    const bool is_sum = level.sum_error.valid();
+    const Var error = is_sum ? level.sum_error : level.reconstruction;
+    const std::size_t which = is_sum ? 0 : at(autoencoder);
+    const double whole = static_cast<double>(tape_.grad(error)[which]) *
+                         static_cast<double>(tape_.value(error)[which]);
+    return kWorthwhile * whole / (this->vertex_count() * (is_sum ? level.autoencoders : 1.0));
 }
 
 template <class T>
@@ -174,10 +188,7 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
     for (int a = 0; a < level.autoencoders; ++a) {
         op.full_component_grads(tape_, a, grads);
         const std::vector<double> curvature = curvatures(a);
-        const double worthwhile = kWorthwhile *
-                                  static_cast<double>(tape_.grad(level.reconstruction)[at(a)]) *
-                                  static_cast<double>(tape_.value(level.reconstruction)[at(a)]) /
-                                  static_cast<double>(vertices);
+        const double least_gain = worthwhile(a);
         const PackedGrads<T> packed{grads.data(), op.padded_components()};
         for_each_chunk(1, vertices, [&](std::int64_t, std::int64_t chunk, int b, int e) {
             for (int v = b; v < e; ++v) {
@@ -195,10 +206,10 @@ typename StackedModel<T>::SupportChange StackedModel<T>::adapt_supports(double s
                     }
                 }
                 if (acts_here != 0) {
-                    if (is_zero && !(gain >= 0.25 * worthwhile)) acts_here = 0;
+                    if (is_zero && !(gain >= 0.25 * least_gain)) acts_here = 0;
                     continue;
                 }
-                if (!(gain > worthwhile)) continue;
+                if (!(gain > least_gain)) continue;
                 acts_here = 1;
                 for (int k = 0; k < components; ++k) {
                     const std::int64_t row = std::int64_t{a} * components + k;

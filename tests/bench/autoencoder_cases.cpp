@@ -125,9 +125,9 @@ void KernelCases::add_decoder(const Autoencoder& shared) {
     const Twice codes_grad = output(code_count), bias_grad = output(9);
     backward.fast = [=, &across, &error, &scratch](const Kernels<float>& k) {
         k.autoencoder.decode_backward(shared.rows, matrix.fast.data(), shared.codes, across.data(),
-                                      shared.lane_weight, 0.5F, error.data(), nullptr, 0, slots,
-                                      g.fast.data(), codes_grad.fast.data(), bias_grad.fast.data(),
-                                      scratch.data());
+                                      shared.lane_weight, 0.5F, error.data(), nullptr, nullptr, 0,
+                                      slots, g.fast.data(), codes_grad.fast.data(),
+                                      bias_grad.fast.data(), scratch.data());
     };
     backward.plain = [=, &across, &error] {
         plain::decode_backward(shared.rows, matrix.plain.data(), shared.codes, across.data(),

@@ -29,8 +29,14 @@ struct Reading {
     Activation latent = Activation::none;
     int components = kComponents;
     bool joint = true;
+    bool keeps_sum_error = false;
     friend void PrintTo(const Reading& reading, std::ostream* out) { *out << reading.name; }
 };
+
+Reading with_sum(Reading reading) {
+    reading.keeps_sum_error = true;
+    return reading;
+}
 
 /// One level on random inputs, fused or made of small ops.
 template <class T>
@@ -82,6 +88,7 @@ struct LevelFixture {
         level.latent_activation = reading.latent;
         level.keeps_residual = reading.keeps_residual;
         level.joint = reading.joint;
+        level.keeps_sum_error = reading.keeps_sum_error;
 
         acts.assign(static_cast<std::size_t>(count * vertices), 1);
         if (reading.is_partial) keep_patches(count, vertices);
@@ -125,6 +132,12 @@ struct LevelFixture {
                                 level.transposed_decoder, Activation::tanh);
         outputs.error = squared_error(tape, x, y, lanes);
         if (level.keeps_residual) outputs.residual = masked_residual(tape, x, y, Var{}, true);
+        if (level.keeps_sum_error) {
+            const Var left = level.joint ? level.source : tape.input("source", extents);
+            if (!level.joint) std::ranges::copy(tape.value(level.source), tape.value(left).begin());
+            outputs.sum_error =
+                squared_error(tape, sum_rows(tape, {left}, true), sum_rows(tape, {y}, true), lanes);
+        }
     }
 
     /// Values of the outputs, then gradients of the inputs from random ones of the outputs.
@@ -133,7 +146,7 @@ struct LevelFixture {
         if (level_op != nullptr) level_op->expect_backward(expects_backward);
         tape.forward();
         std::vector<std::vector<T>> results;
-        for (const Var var : {outputs.code, outputs.error, outputs.residual}) {
+        for (const Var var : {outputs.code, outputs.error, outputs.residual, outputs.sum_error}) {
             if (!var.valid()) continue;
             results.emplace_back(tape.value(var).begin(), tape.value(var).end());
             const CounterRandom random(17, results.size());
@@ -257,17 +270,21 @@ TEST_P(FusedAutoencoder, KnowsTheGradientOfComponentsWhereNothingActs) {
 
 INSTANTIATE_TEST_SUITE_P(
     Readings, FusedAutoencoder,
-    testing::Values(Reading{"masked"}, Reading{"partial", true, true},
-                    Reading{"residual", true, false, true}, Reading{"unmasked", false},
-                    Reading{"unmasked_partial", false, true},
-                    Reading{"own_decoder", true, true, false, true},
-                    Reading{"latent_tanh", true, true, false, false, Activation::tanh},
-                    Reading{"ten_components", true, false, true, false, Activation::none, 10},
-                    Reading{"separate", true, true, false, false, Activation::none, 5, false},
-                    Reading{"ten_partial", true, true, false, false, Activation::none, 10},
-                    Reading{"one_component", true, true, false, false, Activation::none, 1},
-                    Reading{"fifty_components", false, true, false, false, Activation::none, 50},
-                    Reading{"eleven_components", true, true, false, false, Activation::none, 11}),
+    testing::Values(
+        Reading{"masked"}, Reading{"partial", true, true}, Reading{"residual", true, false, true},
+        Reading{"unmasked", false}, Reading{"unmasked_partial", false, true},
+        Reading{"own_decoder", true, true, false, true},
+        Reading{"latent_tanh", true, true, false, false, Activation::tanh},
+        Reading{"ten_components", true, false, true, false, Activation::none, 10},
+        Reading{"separate", true, true, false, false, Activation::none, 5, false},
+        Reading{"ten_partial", true, true, false, false, Activation::none, 10},
+        Reading{"one_component", true, true, false, false, Activation::none, 1},
+        Reading{"fifty_components", false, true, false, false, Activation::none, 50},
+        with_sum({"sum", true}), with_sum({"sum_partial", true, true}),
+        with_sum({"sum_residual", true, false, true}),
+        with_sum({"sum_unmasked_partial", false, true}),
+        with_sum({"sum_separate", true, true, false, false, Activation::none, 5, false}),
+        Reading{"eleven_components", true, true, false, false, Activation::none, 11}),
     [](const auto& reading) { return reading.param.name; });
 
 // Changed supports are followed: the result is that of an op that had them from the start.

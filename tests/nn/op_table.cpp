@@ -88,10 +88,12 @@ void fused_level(OpFixture<T>& f, bool has_children) {
     level.decoder_bias = random_input(f, "decoder_bias", {count, 9}, 0.2);
     level.component_weights = random_input(f, "C", {count, kComponentsEach, vertices(f), 9}, 0.1);
     level.keeps_residual = has_children;
+    level.keeps_sum_error = true;
     f.supports = std::make_unique<LevelSupports>(f.rings->rings, static_cast<int>(count));
     const AutoencoderOutputs outputs = autoencoder(f.tape, *f.rings, level, f.lanes, *f.supports);
     f.output = outputs.error;
     f.further_outputs.push_back(outputs.code);
+    f.further_outputs.push_back(outputs.sum_error);
     if (has_children) f.further_outputs.push_back(outputs.residual);
 }
 
@@ -136,6 +138,11 @@ std::vector<OpCase<T>> stacked_op_table() {
          [](F& f) {
              const Var x = rows(f, "x"), y = rows(f, "y");
              f.output = masked_residual(f.tape, x, y, Var{}, true);
+         }},
+        {"sum_rows",
+         [](F& f) {
+             const Var x = rows(f, "x"), y = rows(f, "y", 1);
+             f.output = sum_rows(f.tape, {x, y}, true);
          }},
         {"squared_error",
          [](F& f) {

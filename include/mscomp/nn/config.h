@@ -43,8 +43,15 @@ struct StackedConfig {
     std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
 };
 
+/// What the autoencoders of every level but the first are to describe (method §9).
+enum class LossTarget {
+    sum,    // together with all levels before, the shape: one error of the sum of all outputs
+    share,  // each its masked share of what the level before left ([A])
+};
+
 /// Weights of the loss of every autoencoder, all >= 0.
 struct LossConfig {
+    LossTarget target = LossTarget::sum;
     double reconstruction = 1.0;
     double sparsity = 1000.0;
     double range = 1.0;

@@ -143,8 +143,9 @@ double decode(const ActiveRows<T>& rows, const T* decoder, const T* bias, CodeSi
 
 template <class T, class V, class U, int K>
 void decode_backward(const ActiveRows<T>& rows, T* decoder, CodeSizes sizes, const T* codes_across,
-                     const T* lane_weight, T factor, const T* e, const T* output_grad, int begin,
-                     int end, T* g, T* codes_grad, T* bias_grad, T* row) {
+                     const T* lane_weight, T factor, const T* e, const T* output_grad,
+                     const T* sum_grad, int begin, int end, T* g, T* codes_grad, T* bias_grad,
+                     T* row) {
     const int lanes = rows.lanes;
     V sums[kDim] = {};
     for (int s = begin; s < end; ++s) {
@@ -152,6 +153,8 @@ void decode_backward(const ActiveRows<T>& rows, T* decoder, CodeSizes sizes, con
         const T mask = mask_of(rows, vertex);
         const std::int64_t first = static_cast<std::int64_t>(s) * kDim;
         T* matrix = decoder + first * sizes.padded;
+        const T* of_sum =
+            sum_grad ? sum_grad + static_cast<std::int64_t>(vertex) * kDim * lanes : nullptr;
         if (s + 1 < end) {
             prefetch_row(source_row(rows, s + 1), lanes);
             prefetch_row(e + (first + kDim) * lanes, lanes);
@@ -166,6 +169,7 @@ void decode_backward(const ActiveRows<T>& rows, T* decoder, CodeSizes sizes, con
                 V descent = weight * error;
                 if (output_grad) descent += load<V>(output_grad + at);
                 if (g) store(g + at, descent);
+                if (of_sum) descent += load<V>(of_sum + c * lanes + l);
                 p[c] = descent * output * output - descent;
                 store(row + c * lanes + l, p[c]);
                 sums[c] += p[c];

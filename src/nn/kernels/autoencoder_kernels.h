@@ -57,14 +57,15 @@ struct AutoencoderKernels {
     /// e^2.
     double (*decode)(const ActiveRows<T>& rows, const T* decoder, const T* bias, CodeSizes sizes,
                      const T* codes, const T* lane_weight, int begin, int end, T* e);
-    /// From e of decode: g_s = factor lane_weight e_s + output_grad_s (where given) is minus the
-    /// gradient of the output; with p = -g (1 - output^2): codes_grad += D^T p, bias_grad[9] +=
-    /// sums of p, D_s becomes its own gradient, and g is kept where wanted (may be e itself).
-    /// `scratch` holds a row.
+    /// From e of decode: g_s = factor lane_weight e_s + output_grad_s (where given) and what the
+    /// sum of all outputs adds for the vertex of the slot, sum_grad_v (V,9,lanes) (where given),
+    /// are minus the gradient of the output; with p = -(g_s + sum_grad_v) (1 - output^2):
+    /// codes_grad += D^T p, bias_grad[9] += sums of p, D_s becomes its own gradient, and g is kept
+    /// where wanted (may be e itself). `scratch` holds a row.
     void (*decode_backward)(const ActiveRows<T>& rows, T* decoder, CodeSizes sizes,
                             const T* codes_across, const T* lane_weight, T factor, const T* e,
-                            const T* output_grad, int begin, int end, T* g, T* codes_grad,
-                            T* bias_grad, T* scratch);
+                            const T* output_grad, const T* sum_grad, int begin, int end, T* g,
+                            T* codes_grad, T* bias_grad, T* scratch);
     /// f_s becomes p_s = (C^T dz)_s (1 - f_s^2) for the slots acting[begin..end); components_grad_s
     /// += f_s dz^T, bias_grad[9] += sums of p.
     void (*encode_backward)(int lanes, const T* components, CodeSizes sizes, const T* codes_grad,

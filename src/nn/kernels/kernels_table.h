@@ -64,11 +64,12 @@ AutoencoderKernels<T> autoencoder_table() {
     };
     t.decode_backward = [](const ActiveRows<T>& rows, T* decoder, CodeSizes sizes,
                            const T* codes_across, const T* lane_weight, T factor, const T* e,
-                           const T* output_grad, int begin, int end, T* g, T* codes_grad,
-                           T* bias_grad, T* scratch) {
+                           const T* output_grad, const T* sum_grad, int begin, int end, T* g,
+                           T* codes_grad, T* bias_grad, T* scratch) {
         with_registers<T>(rows.lanes, sizes, [&]<class V, class U, int K>() {
             decode_backward<T, V, U, K>(rows, decoder, sizes, codes_across, lane_weight, factor, e,
-                                        output_grad, begin, end, g, codes_grad, bias_grad, scratch);
+                                        output_grad, sum_grad, begin, end, g, codes_grad, bias_grad,
+                                        scratch);
         });
     };
     t.encode_backward = [](int lanes, const T* components, CodeSizes sizes, const T* codes_grad,

@@ -44,6 +44,7 @@ Autoencoder<T>::Autoencoder(Tape<T>& tape, const RingTable<T>& rings,
         outputs_.residual =
             tape.result("residual", {autoencoders_, vertices_, kFeatureDim, lanes_}, true);
     }
+    if (inputs.keeps_sum_error) outputs_.sum_error = tape.result("sum_error", {1}, true);
     work_.resize(at(autoencoders_));
     codes_grad_.resize(at(autoencoders_ * code_size()));
     across_.assign(at(std::int64_t{autoencoders_} * lanes_ * sizes_.padded), T{0});
@@ -104,6 +105,7 @@ void Autoencoder<T>::forward(Tape<T>& tape) {
     encode(tape);
     decode(tape);
     if (has_constant_rest_) add_constant_errors(tape);
+    if (has_sum()) add_up(tape);
 }
 
 template <class T>
@@ -188,7 +190,7 @@ void Autoencoder<T>::encode(Tape<T>& tape) {
 template <class T>
 void Autoencoder<T>::decode(Tape<T>& tape) {
     const T* codes = tape.value(outputs_.code).data();
-    decoded_backward_ = expects_backward_ && !outputs_.residual.valid();
+    decoded_backward_ = expects_backward_ && !outputs_.residual.valid() && !has_sum();
     parallel_for(static_cast<std::int64_t>(slot_tasks_.size()), [&](std::int64_t t) {
         const Task& task = slot_tasks_[at(t)];
         const int a = task.autoencoder;
@@ -307,21 +309,33 @@ void Autoencoder<T>::spread_all(const T* codes) {
 
 template <class T>
 void Autoencoder<T>::add_output(Tape<T>& tape, int a, std::span<T> rows) const {
+    for_each_chunk(1, vertices_, [&](std::int64_t, std::int64_t, int b, int e) {
+        add_output(tape, a, T{1}, b, e, rows.data());
+    });
+}
+
+template <class T>
+void Autoencoder<T>::add_output(Tape<T>& tape, int a, T sign, int begin, int end, T* rows) const {
     const ActiveVertices& active = supports_.of(a);
     const ActiveRows<T> input = rows_of(tape, a);
-    const T* error = outputs_.residual.valid()
-                         ? tape.value(outputs_.residual).data() + a * source_size()
-                         : work_[at(a)].error.data();
-    parallel_for(vertices_, [&](std::int64_t v) {
+    const T* errors = outputs_.residual.valid()
+                          ? tape.value(outputs_.residual).data() + a * source_size()
+                          : work_[at(a)].error.data();
+    for (int v = begin; v < end; ++v) {
         const int slot = active.slot_of[at(v)];
-        const T mask = input.mask ? input.mask[v] : T{1};
-        for (std::int64_t i = 0; i < row_size(); ++i) {
-            T& sum = rows[at(v * row_size() + i)];
-            sum += slot < 0
-                       ? work_[at(a)].constant[at(i / lanes_)]
-                       : mask * input.source[v * row_size() + i] - error[slot * row_size() + i];
+        T* sum = rows + v * row_size();
+        if (slot < 0) {
+            for (std::int64_t i = 0; i < row_size(); ++i) {
+                sum[i] += sign * work_[at(a)].constant[at(i / lanes_)];
+            }
+            continue;
         }
-    });
+        const T mask = input.mask ? input.mask[v] : T{1};
+        const T* source = input.source + v * row_size();
+        const T* error = errors + slot * row_size();
+        for (std::int64_t i = 0; i < row_size(); ++i)
+            sum[i] += sign * (mask * source[i] - error[i]);
+    }
 }
 
 template <class T>

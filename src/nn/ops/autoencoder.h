@@ -89,7 +89,11 @@ class Autoencoder final : public Op<T> {
     void encode(Tape<T>& tape);
     void decode(Tape<T>& tape);
     void add_constant_errors(Tape<T>& tape);
+    /// sign times the output of autoencoder `a` at the vertices [begin, end) to rows (V,9,lanes).
+    void add_output(Tape<T>& tape, int a, T sign, int begin, int end, T* rows) const;
+    void add_up(Tape<T>& tape);
 
+    void sum_to_gradient(Tape<T>& tape);
     void decode_backward(Tape<T>& tape);
     void decode_task_backward(Tape<T>& tape, std::int64_t task, T factor);
     void finish_codes_grad(Tape<T>& tape);
@@ -100,6 +104,7 @@ class Autoencoder final : public Op<T> {
     void add_component_grads(Tape<T>& tape);
     void add_parameter_grads(Tape<T>& tape);
     void gather_children(Tape<T>& tape);
+    void add_sum_to_sources(Tape<T>& tape);
 
     ActiveRows<T> rows_of(Tape<T>& tape, int a) const;
     Neighborhood<T> neighborhood(int a) const;
@@ -112,6 +117,8 @@ class Autoencoder final : public Op<T> {
     T factor_of(Tape<T>& tape, int a) const { return factor(tape.grad(outputs_.error)[at(a)]); }
     T factor(T error_grad) const { return 2 * error_grad / static_cast<T>(lane_mask_.active); }
     const T* moments_of(int a) const;
+    bool has_sum() const { return outputs_.sum_error.valid(); }
+    const T* sum_grad() const { return has_sum() ? sum_.data() : nullptr; }
     bool wants_source_grad(Tape<T>& tape) const {
         return inputs_.joint && tape.needs_grad(inputs_.source);
     }
@@ -142,8 +149,12 @@ class Autoencoder final : public Op<T> {
     AlignedVector<T> across_;                               // (A,lanes,padded)
     AlignedVector<T> codes_grad_;                           // (A,K,lanes)
     AlignedVector<T> moments_;                              // (parents,V,10)
-    std::vector<ConstantRest> rest_;                        // (A)
-    std::vector<ChildGradient<T>> children_;                // (A)
+    /// sum_p source_p - sum_a output_a, (V,9,lanes); from the start of backward minus the gradient
+    /// of its squared error with respect to each output.
+    AlignedVector<T> sum_;
+    std::vector<std::array<double, kFeatureDim>> sum_grads_;  // (V) of sum_, over the lanes
+    std::vector<ConstantRest> rest_;                          // (A)
+    std::vector<ChildGradient<T>> children_;                  // (A)
 };
 
 }  // namespace mscomp::nn

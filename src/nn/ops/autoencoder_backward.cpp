@@ -36,6 +36,7 @@ void add_sums(int first, int last, const Get& get, std::span<T, kSize> target) {
 template <class T>
 void Autoencoder<T>::backward(Tape<T>& tape) {
     assert(revision_ == supports_.revision());
+    if (has_sum()) sum_to_gradient(tape);
     decode_backward(tape);
     finish_codes_grad(tape);
     decoder_to_components();
@@ -45,6 +46,7 @@ void Autoencoder<T>::backward(Tape<T>& tape) {
     add_component_grads(tape);
     add_parameter_grads(tape);
     if (wants_input_grad_) gather_children(tape);
+    if (has_sum() && wants_source_grad(tape)) add_sum_to_sources(tape);
 }
 
 template <class T>
@@ -78,8 +80,8 @@ void Autoencoder<T>::decode_task_backward(Tape<T>& tape, std::int64_t t, T facto
         lane_mask_.weight.data(), factor, error_of(tape, a),
         outputs_.residual.valid() ? tape.grad(outputs_.residual).data() + a * source_size()
                                   : nullptr,
-        task.begin, task.end, wants_input_grad_ ? input_grad_of(a) : nullptr, codes_grad,
-        sums.decoder_bias.data(), thread_scratch<T>(row_size()));
+        sum_grad(), task.begin, task.end, wants_input_grad_ ? input_grad_of(a) : nullptr,
+        codes_grad, sums.decoder_bias.data(), thread_scratch<T>(row_size()));
 }
 
 /// Adds what other ops say about the codes and goes through the activation.
@@ -145,17 +147,24 @@ void Autoencoder<T>::conv_backward(Tape<T>& tape) {
     });
 }
 
-/// d/db' of the closed form: 2 (count lanes constant - sum of mask sums) (1 - constant^2).
+/// d/db' of the closed form: 2 (count lanes constant - sum of mask sums) (1 - constant^2), less
+/// what the error of the sum says about the constants.
 template <class T>
 void Autoencoder<T>::add_constant_bias_grads(Tape<T>& tape) {
     for (int a = 0; a < autoencoders_; ++a) {
         if (supports_.of(a).is_all()) continue;
         const ConstantRest& rest = rest_[at(a)];
+        std::array<double, kFeatureDim> sum_grads{};
+        for (std::size_t v = 0; v < sum_grads_.size(); ++v) {
+            if (supports_.of(a).slot_of[v] >= 0) continue;
+            for (std::size_t c = 0; c < kFeatureDim; ++c) sum_grads[c] += sum_grads_[v][c];
+        }
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
             const auto constant = static_cast<double>(work_[at(a)].constant[c]);
             const double slope = rest.count * constant - rest.masked_sums[c];
-            tape.grad(inputs_.decoder_bias)[at(a) * kFeatureDim + c] += static_cast<T>(
-                static_cast<double>(factor_of(tape, a)) * slope * (1 - constant * constant));
+            tape.grad(inputs_.decoder_bias)[at(a) * kFeatureDim + c] +=
+                static_cast<T>((static_cast<double>(factor_of(tape, a)) * slope - sum_grads[c]) *
+                               (1 - constant * constant));
         }
     }
 }

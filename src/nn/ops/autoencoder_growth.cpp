@@ -40,8 +40,8 @@ void Autoencoder<T>::full_component_grads(Tape<T>& tape, int a, AlignedVector<T>
                                         sizes_, codes, lane_mask_.weight.data(), b, e, rows);
         kernels<T>().autoencoder.decode_backward(
             all, decoder_grads.data(), sizes_, across.data(), lane_mask_.weight.data(),
-            factor_of(tape, a), rows, nullptr, b, e, nullptr, unused.data() + row_size(),
-            unused.data() + row_size() + code_size(), unused.data());
+            factor_of(tape, a), rows, nullptr, sum_grad(), b, e, nullptr,
+            unused.data() + row_size(), unused.data() + row_size() + code_size(), unused.data());
         for (int v = b; v < e; ++v) {
             const int slot = active.slot_of[at(v)];
             if (slot < 0) continue;

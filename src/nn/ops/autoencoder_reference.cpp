@@ -6,7 +6,6 @@
 #include "mscomp/base/index.h"
 
 namespace mscomp::nn {
-namespace {}  // namespace
 
 template <class T>
 std::vector<T> Autoencoder<T>::reference(Tape<T>& tape) const {

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The error of the sum of all autoencoders: what is left of the shapes after a level.
+#include <algorithm>
+
+#include "autoencoder.h"
+#include "batch.h"
+#include "mscomp/base/index.h"
+
+namespace mscomp::nn {
+
+template <class T>
+void Autoencoder<T>::add_up(Tape<T>& tape) {
+    sum_.resize(at(source_size()));
+    std::vector<double> squares(at(chunk_count(vertices_)), 0.0);
+    for_each_chunk(1, vertices_, [&](std::int64_t, std::int64_t chunk, int b, int e) {
+        const std::int64_t first = b * row_size(), last = e * row_size();
+        std::fill(sum_.begin() + first, sum_.begin() + last, T{0});
+        for (int p = 0; p < parents_; ++p) {
+            const T* source = tape.value(inputs_.source).data() + p * source_size();
+            for (std::int64_t i = first; i < last; ++i) sum_[at(i)] += source[i];
+        }
+        for (int a = 0; a < autoencoders_; ++a) add_output(tape, a, T{-1}, b, e, sum_.data());
+        double sum = 0;
+        for (std::int64_t i = first; i < last; ++i) {
+            const auto left = static_cast<double>(sum_[at(i)]);
+            sum += static_cast<double>(lane_mask_.weight[at(i % lanes_)]) * left * left;
+        }
+        squares[at(chunk)] = sum;
+    });
+    double error = 0;
+    for (const double of_chunk : squares) error += of_chunk;
+    tape.value(outputs_.sum_error)[0] = static_cast<T>(error / lane_mask_.active);
+}
+
+template <class T>
+void Autoencoder<T>::sum_to_gradient(Tape<T>& tape) {
+    const T factor_of_sum = factor(tape.grad(outputs_.sum_error)[0]);
+    sum_grads_.resize(has_constant_rest_ ? at(vertices_) : 0);
+    for_each_chunk(1, vertices_, [&](std::int64_t, std::int64_t, int b, int e) {
+        for (std::int64_t i = b * row_size(); i < e * row_size(); ++i) {
+            sum_[at(i)] *= factor_of_sum * lane_mask_.weight[at(i % lanes_)];
+        }
+        for (std::int64_t v = b; has_constant_rest_ && v < e; ++v) {
+            std::array<double, kFeatureDim>& sums = sum_grads_[at(v)];
+            sums = {};
+            for (std::int64_t i = 0; i < row_size(); ++i) {
+                sums[at(i / lanes_)] += static_cast<double>(sum_[at(v * row_size() + i)]);
+            }
+        }
+    });
+}
+
+template <class T>
+void Autoencoder<T>::add_sum_to_sources(Tape<T>& tape) {
+    T* grads = tape.grad(inputs_.source).data();
+    for_each_chunk(parents_, vertices_, [&](std::int64_t p, std::int64_t, int b, int e) {
+        T* grad = grads + p * source_size();
+        for (std::int64_t i = b * row_size(); i < e * row_size(); ++i) grad[i] += sum_[at(i)];
+    });
+}
+
+template void Autoencoder<float>::add_up(Tape<float>&);
+template void Autoencoder<double>::add_up(Tape<double>&);
+template void Autoencoder<float>::sum_to_gradient(Tape<float>&);
+template void Autoencoder<double>::sum_to_gradient(Tape<double>&);
+template void Autoencoder<float>::add_sum_to_sources(Tape<float>&);
+template void Autoencoder<double>::add_sum_to_sources(Tape<double>&);
+
+}  // namespace mscomp::nn
