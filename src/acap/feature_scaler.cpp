@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
@@ -66,7 +67,9 @@ double factor_for(double largest) { return largest > kLeastRange ? kRange / larg
 
 }  // namespace
 
-FeatureRanges::FeatureRanges(const ShapeFeatures& features, std::span<const int> shapes) {
+FeatureRanges::FeatureRanges(const ShapeFeatures& features, std::span<const int> shapes,
+                             std::vector<float> roots)
+    : roots_(std::move(roots)), largest_(at(features.vertex_count()), 0.0) {
     if (shapes.empty()) throw UsageError("feature scaling needs at least one training shape");
     for (const int shape : shapes) {
         if (shape < 0 || shape >= features.shape_count()) {
@@ -81,16 +84,9 @@ FeatureRanges::FeatureRanges(const ShapeFeatures& features, std::span<const int>
 void FeatureRanges::add(std::span<const float> values, int shape) {
     const ShapeRange range = range_of(values);
     if (!range.is_finite) fail_not_finite(values, shape);
+    add_deviations(values);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         Group& group = groups_[g];
-        for (std::size_t c = 0; c < kFeatureDim; ++c) {
-            if (group_of(c) != g) continue;
-            for (const float end : {range.smallest[c], range.largest[c]}) {
-                const double reference = kReferenceFeature[c];
-                group.deviation =
-                    std::max(group.deviation, std::abs(static_cast<double>(end) - reference));
-            }
-        }
         const auto first = static_cast<std::ptrdiff_t>(g == 0 ? 0 : kRotationDim);
         const auto last = static_cast<std::ptrdiff_t>(g == 0 ? kRotationDim : kFeatureDim);
         const float smallest =
@@ -104,6 +100,39 @@ void FeatureRanges::add(std::span<const float> values, int shape) {
             group.largest = first_of(values, largest, g, shape);
         }
     }
+}
+
+void FeatureRanges::add_deviations(std::span<const float> values) {
+    for (std::size_t v = 0; v < largest_.size(); ++v) {
+        const double root = roots_.empty() ? 1 : static_cast<double>(roots_[v]);
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            const double reference = kReferenceFeature[c];
+            const double deviation =
+                root * std::abs(static_cast<double>(values[v * kFeatureDim + c]) - reference);
+            double& of_group = groups_[group_of(c)].deviation;
+            of_group = std::max(of_group, deviation);
+            largest_[v] = std::max(largest_[v], deviation);
+        }
+    }
+}
+
+double FeatureRanges::robust_deviation() const {
+    constexpr double kLeftOut = 0.001;
+    std::vector<int> order(largest_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order,
+                             [&](int a, int b) { return largest_[at(a)] > largest_[at(b)]; });
+    const auto weight = [&](int v) {
+        const double root = roots_.empty() ? 1 : static_cast<double>(roots_[at(v)]);
+        return root * root;
+    };
+    double whole = 0, larger = 0;
+    for (const int v : order) whole += weight(v);
+    for (const int v : order) {
+        larger += weight(v);
+        if (larger > kLeftOut * whole) return largest_[at(v)];
+    }
+    return 0;
 }
 
 FeatureScaler FeatureRanges::scaler(FeatureCenter center, FeatureScale scale) const {
@@ -123,9 +152,12 @@ FeatureScaler FeatureRanges::scaler(FeatureCenter center, FeatureScale scale) co
         scaler.factor[channel] =
             factor_for(at_reference ? group.deviation : 0.5 * (largest - smallest));
     }
-    if (at_reference && scale == FeatureScale::shared) {
+    if (at_reference) scaler.roots = roots_;
+    if (at_reference && scale != FeatureScale::separate) {
         const double shared =
-            factor_for(std::max(groups_.front().deviation, groups_.back().deviation));
+            factor_for(scale == FeatureScale::robust
+                           ? robust_deviation()
+                           : std::max(groups_.front().deviation, groups_.back().deviation));
         for (double& factor : scaler.factor) factor = factor != 0 ? shared : 0;
     }
     return scaler;

@@ -10,26 +10,26 @@
 namespace mscomp {
 namespace {
 
-using Feature = Eigen::Matrix<float, kFeatureDim, 1>;
+using FeatureValues = Eigen::Matrix<float, kFeatureDim, 1>;
 
-Feature interpolated(std::span<const float> row, const SurfaceLocation& location) {
-    Feature sum = Feature::Zero();
+FeatureValues interpolated(std::span<const float> row, const SurfaceLocation& location) {
+    FeatureValues sum = FeatureValues::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
         if (location.weights[k] == 0) continue;
         sum += location.weights[k] *
-               Eigen::Map<const Feature>(row.data() + at(location.corners[k]) * kFeatureDim);
+               Eigen::Map<const FeatureValues>(row.data() + at(location.corners[k]) * kFeatureDim);
     }
     return sum;
 }
 
-Feature mirrored(const Feature& feature, const Eigen::Matrix3f& M) {
+FeatureValues mirrored(const FeatureValues& feature, const Eigen::Matrix3f& M) {
     Eigen::Matrix3f S;
     S << feature[3], feature[4], feature[5],  //
         feature[4], feature[6], feature[7],   //
         feature[5], feature[7], feature[8];
     const Eigen::Vector3f r = -(M * feature.head<3>());
     S = M * S * M.transpose();
-    Feature result;
+    FeatureValues result;
     result << r, S(0, 0), S(0, 1), S(0, 2), S(1, 1), S(1, 2), S(2, 2);
     return result;
 }
@@ -46,7 +46,7 @@ std::vector<float> MirroredFeatures::mirrored_row(int index) const {
     const Eigen::Matrix3f M = mirror_.matrix.cast<float>();
     std::vector<float> row(source.size());
     for (std::size_t v = 0; v < at(vertex_count()); ++v) {
-        Eigen::Map<Feature>(row.data() + v * kFeatureDim) =
+        Eigen::Map<FeatureValues>(row.data() + v * kFeatureDim) =
             mirrored(interpolated(source, mirror_.partners[v]), M);
     }
     return row;

@@ -51,10 +51,19 @@ Table data_table(DataConfig& data, const Kind& kind) {
               {},
               "what maps to zero; minmax: the papers"}});
     }
-    append(table, {{"scale",
-                    choice(data.scale, {{Scale::shared, "shared"}, {Scale::separate, "separate"}}),
-                    {},
-                    "factors of rotation and stretch around the reference"}});
+    append(
+        table,
+        {{"scale",
+          choice(data.scale, {{Scale::shared, "shared"},
+                              {Scale::separate, "separate"},
+                              {Scale::robust, "robust"}}),
+          {},
+          "factors of rotation and stretch around the reference; robust: few outliers count not"},
+         {"metric",
+          choice(data.metric,
+                 {{FeatureMetric::vertices, "vertices"}, {FeatureMetric::area, "area"}}),
+          {},
+          "what an error counts as: the same everywhere, or the area around its vertex"}});
     return table;
 }
 

@@ -113,6 +113,9 @@ void write_model(const std::string& path, const LearnedModel& model, const Model
     }
     arrays.add<double>("scaler_offset", {kFeatureDim}, context.scale.offset);
     arrays.add<double>("scaler_factor", {kFeatureDim}, context.scale.factor);
+    if (!context.scale.roots.empty()) {
+        arrays.add<float>("scaler_roots", {count(context.scale.roots)}, context.scale.roots);
+    }
     arrays.add<double>("minmax_offset", {kFeatureDim}, context.minmax.offset);
     arrays.add<double>("minmax_factor", {kFeatureDim}, context.minmax.factor);
     arrays.keep<double>("largest_distance_and_total", {2}, {context.largest_distance, state.total});
@@ -168,6 +171,7 @@ struct ModelFile::Content {
         };
         nine("scaler_offset", context.scale.offset);
         nine("scaler_factor", context.scale.factor);
+        read_roots();
         nine("minmax_offset", context.minmax.offset);
         nine("minmax_factor", context.minmax.factor);
         const auto numbers = file.data<double>("largest_distance_and_total", {2});
@@ -215,6 +219,15 @@ struct ModelFile::Content {
             tables.push_back(file.data<float>(codes_key(l), {shapes, -1}));
         }
         codes = joined(tables, context.train_shapes.size());
+    }
+
+    void read_roots() {
+        if (!file.contains("scaler_roots")) return;
+        const auto roots = file.data<float>("scaler_roots", {context.reference.vertex_count()});
+        if (!std::ranges::all_of(roots, [](float root) { return root > 0; })) {
+            throw CheckpointError(file.path(), "a root of the metric is not positive");
+        }
+        context.scale.roots.assign(roots.begin(), roots.end());
     }
 
     void read_window(std::span<const double> window) {

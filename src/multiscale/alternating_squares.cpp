@@ -46,8 +46,7 @@ ValuesAtVertex AlternatingSquares::ring_mean(const BallComponents& components, i
         const int u = rings_.neighbors[at(entry)];
         const std::span<const int> others = components.at_vertex(u);
         const float* values = components.values(u).data();
-        const double share = static_cast<double>(scale_.root(v)) /
-                             (static_cast<double>(scale_.root(u)) * (last - first));
+        const double share = scale_.root(at(v)) / (scale_.root(at(u)) * (last - first));
         std::size_t b = 0;
         for (std::size_t a = 0; a < acting.size(); ++a) {
             while (b < others.size() && others[b] < acting[a]) ++b;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/metric_scale.h"
 #include "multiscale/ball_components.h"
 #include "multiscale/metric_rows.h"
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mscomp/acap/mirror.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/base/shape_features.h"
 #include "mscomp/multiscale/multiscale.h"
 #include "multiscale/metric_rows.h"

@@ -9,8 +9,8 @@ std::vector<CodeColumn> feature_columns(const BallComponents& components,
     for (int k = 0; k < components.count(); ++k) {
         CodeColumn column{components.balls()[at(k)].vertices, components.component(k)};
         for (std::size_t n = 0; n < column.vertices.size(); ++n) {
-            scale.unmap_change(column.vertices[n],
-                               std::span(column.values).subspan(n * kFeatureDim, kFeatureDim));
+            scale.unscale_change(column.vertices[n],
+                                 std::span(column.values).subspan(n * kFeatureDim, kFeatureDim));
         }
         columns.push_back(std::move(column));
     }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/shape_model.h"
 #include "multiscale/ball_components.h"
 #include "multiscale/metric_rows.h"

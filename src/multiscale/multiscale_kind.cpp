@@ -42,11 +42,6 @@ KindKeys keys(Config& config) {
         {{"global_components", &own.global_components, Bounds{0, 10'000},
           "first ones without a limit to their support"},
          {"levels", levels_field(own.levels), {}, "coarse to fine, all of them are summed"},
-         {"metric",
-          choice(own.metric,
-                 {{FeatureMetric::area, "area"}, {FeatureMetric::vertices, "vertices"}}),
-          {},
-          "what an error counts as: the area around its vertex, or the same everywhere"},
          {"spread", spread_keys(own.spread), {}, "Centres do not pile up."},
          {"damping", &own.damping, kNotNegative,
           "of the components' least squares, towards the mean of the neighbours"},
@@ -75,6 +70,7 @@ KindKeys keys(Config& config) {
 
 void set_defaults(Config& config) {
     config.settings = MultiscaleSettings{};
+    config.data.metric = FeatureMetric::area;
     config.train.epochs = 34;
     config.train.plateau_epochs = 0;
     config.train.fill_up_to = 48;

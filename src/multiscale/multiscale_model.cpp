@@ -5,28 +5,18 @@
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
-#include "multiscale/area_metric.h"
 #include "multiscale/feature_columns.h"
 #include "multiscale/multiscale_learner.h"
 #include "multiscale/vertex_loops.h"
 
 namespace mscomp {
-namespace {
-
-std::vector<float> roots_for(FeatureMetric metric, const TriangleMesh& reference) {
-    if (metric == FeatureMetric::area) return area_metric(reference);
-    return std::vector<float>(reference.vertices.size(), 1.0F);
-}
-
-}  // namespace
-
 MultiscaleModel::MultiscaleModel(const Config& config, const ModelPlace& place)
     : reference_(place.reference),
       weights_(place.weights),
       train_(config.train),
       settings_(config.own<MultiscaleSettings>()),
       distances_(place.distances),
-      scale_(place.scale, roots_for(settings_.metric, place.reference)),
+      scale_(place.scale),
       global_count_(settings_.global_components) {
     set_components(
         BallComponents(vertex_count(), std::vector<Ball>(at(global_count_ + local_count()))));
@@ -73,7 +63,8 @@ CodeTable MultiscaleModel::encode(const ShapeSet& shapes, std::span<const int> w
     CodeTable table{components_.count(), {}};
     std::vector<float> row(at(vertex_count()) * kFeatureDim);
     for (const int shape : which) {
-        scale_.map(shapes.shape(shape), row);
+        std::ranges::copy(shapes.shape(shape), row.begin());
+        scale_.scale(row);
         const Eigen::VectorXf codes = codes_->solve(products(components_, row)).cast<float>();
         table.values.insert(table.values.end(), codes.begin(), codes.end());
         shapes.forget(shape);
@@ -112,7 +103,7 @@ std::vector<float> MultiscaleModel::sum(std::span<const float> codes, int levels
 
 std::vector<float> MultiscaleModel::decode(std::span<const float> codes, int levels) const {
     std::vector<float> row = sum(codes, levels);
-    scale_.unmap(row);
+    scale_.unscale(row);
     return row;
 }
 
@@ -122,7 +113,7 @@ std::vector<float> MultiscaleModel::change(std::span<const float> codes,
     for (std::size_t k = 0; k < difference.size(); ++k) difference[k] -= from[k];
     std::vector<float> row = sum(difference, 0);
     for (int v = 0; v < vertex_count(); ++v) {
-        scale_.unmap_change(v, std::span(row).subspan(at(v) * kFeatureDim, kFeatureDim));
+        scale_.unscale_change(v, std::span(row).subspan(at(v) * kFeatureDim, kFeatureDim));
     }
     return row;
 }

@@ -9,6 +9,7 @@
 
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/learned_model.h"
 #include "mscomp/multiscale/multiscale.h"
 #include "multiscale/ball_components.h"
@@ -26,7 +27,7 @@ class MultiscaleModel final : public LearnedModel {
     MultiscaleModel(const Config& config, const ModelPlace& place);
 
     ShapeRows rows() const override { return ShapeRows::features; }
-    int vertex_count() const override { return scale_.vertex_count(); }
+    int vertex_count() const override { return reference_.vertex_count(); }
     std::vector<LevelSize> levels() const override;
     std::vector<int> parents() const override;
 

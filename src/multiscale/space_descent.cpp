@@ -109,9 +109,9 @@ void SpaceDescent::update(double rate, const std::vector<float>& gradient,
             state.moment1[i] = static_cast<float>(m);
             state.moment2[i] = static_cast<float>(q);
             if (!(q > kTiny)) continue;
-            values[i] = static_cast<float>(static_cast<double>(values[i]) -
-                                           step * static_cast<double>(scale_.root(v)) *
-                                               (m / bias1) / std::sqrt(q / bias2));
+            values[i] =
+                static_cast<float>(static_cast<double>(values[i]) -
+                                   step * scale_.root(at(v)) * (m / bias1) / std::sqrt(q / bias2));
         }
     });
 }

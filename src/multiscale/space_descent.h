@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "mscomp/base/metric_scale.h"
 #include "multiscale/ball_components.h"
 #include "multiscale/metric_rows.h"
 #include "multiscale/space_error.h"

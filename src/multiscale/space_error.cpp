@@ -34,14 +34,14 @@ std::vector<Point> left_of(const std::vector<Point>& positions, const std::vecto
 
 }  // namespace
 
-template <class Mapped>
-std::vector<double> SpaceError::unmapped(int count, const Mapped& mapped) const {
-    const std::size_t size = at(scale_.vertex_count()) * kFeatureDim;
+template <class Scaled>
+std::vector<double> SpaceError::unscaled(int count, const Scaled& scaled) const {
+    const std::size_t size = at(vertices_) * kFeatureDim;
     std::vector<double> rows(at(count) * size);
-    for_vertices(scale_.vertex_count(), [&](int v) {
-        const ShapeValues values = mapped(v);
+    for_vertices(vertices_, [&](int v) {
+        const ShapeValues values = scaled(v);
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
-            const double factor = scale_.unmap_factor(v, c), offset = scale_.offset(c);
+            const double factor = scale_.unscale_factor(at(v), c), offset = scale_.offset[c];
             double* to = rows.data() + at(v) * kFeatureDim + c;
             for (Eigen::Index m = 0; m < count; ++m) {
                 to[at(m) * size] = offset + factor * values(m, static_cast<Eigen::Index>(c));
@@ -55,7 +55,7 @@ std::vector<double> SpaceError::unmapped(int count, const Mapped& mapped) const 
 std::vector<double> SpaceError::features(const BallComponents& components,
                                          const Eigen::MatrixXd& codes, int first, int count) const {
     const Eigen::MatrixXd z = codes.middleCols(first, count).transpose();
-    return unmapped(count, [&](int v) {
+    return unscaled(count, [&](int v) {
         const auto acting = components.at_vertex(v);
         const ValuesAtVertex values = values_at(components, v);
         ShapeValues sum = ShapeValues::Zero(count, 9);
@@ -69,14 +69,15 @@ std::vector<double> SpaceError::features(const BallComponents& components,
 SpaceError::SpaceError(const TriangleMesh& reference, const std::string& weights,
                        const MetricScale& scale, const MetricRows& shapes)
     : scale_(scale),
+      vertices_(reference.vertex_count()),
       shape_count_(shapes.shape_count()),
       layer_(reference, parse_edge_weights(weights), LayerEquations::tangential) {
     const double s = unit_ball_scale(reference.vertices);
-    weight_ = 1e6 * s * s / (3.0 * reference.vertex_count());
-    const std::size_t size = 3 * at(scale.vertex_count());
+    weight_ = 1e6 * s * s / (3.0 * vertices_);
+    const std::size_t size = 3 * at(vertices_);
     for (int first = 0; first < shape_count_; first += kAtOnce) {
         const int count = std::min(kAtOnce, shape_count_ - first);
-        const std::vector<double> rows = unmapped(count, [&](int v) {
+        const std::vector<double> rows = unscaled(count, [&](int v) {
             return ShapeValues(shapes_at(shapes, v).middleCols(first, count).transpose());
         });
         std::vector<double> positions(at(count) * size);
@@ -99,13 +100,13 @@ double SpaceError::compare(int m, std::span<const double> positions,
     return error;
 }
 
-/// Derivatives in features (count,V,9) of shapes `first` on as those in mapped ones.
+/// Derivatives in features (count,V,9) of shapes `first` on as those in scaled ones.
 void SpaceError::take_gradient(std::span<const double> by_feature, int first, int count,
                                MetricRows& gradient) const {
-    const std::size_t size = at(scale_.vertex_count()) * kFeatureDim;
-    for_vertices(scale_.vertex_count(), [&](int v) {
+    const std::size_t size = at(vertices_) * kFeatureDim;
+    for_vertices(vertices_, [&](int v) {
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
-            const double factor = scale_.unmap_factor(v, c);
+            const double factor = scale_.unscale_factor(at(v), c);
             const std::size_t i = at(v) * kFeatureDim + c;
             for (int m = 0; m < count; ++m) {
                 const double derivative = factor * by_feature[at(m) * size + i];
@@ -118,7 +119,7 @@ void SpaceError::take_gradient(std::span<const double> by_feature, int first, in
 std::vector<double> SpaceError::evaluate(const BallComponents& components,
                                          const Eigen::MatrixXd& codes, MetricRows* gradient) const {
     std::vector<double> errors(at(shape_count_));
-    const std::size_t vertices = at(scale_.vertex_count());
+    const std::size_t vertices = at(vertices_);
     std::vector<double> positions, by_position, by_feature;
     for (int first = 0; first < shape_count_; first += kAtOnce) {
         const int count = std::min(kAtOnce, shape_count_ - first);
@@ -143,7 +144,7 @@ std::vector<double> SpaceError::evaluate(const BallComponents& components,
 std::vector<Eigen::MatrixXd> SpaceError::normal_matrices(
     const BallComponents& components, const Eigen::MatrixXd& codes,
     const LosslessReconstruction& lossless) const {
-    const std::size_t size = 3 * at(scale_.vertex_count());
+    const std::size_t size = 3 * at(vertices_);
     const std::vector<CodeColumn> columns = feature_columns(components, scale_);
     std::vector<FeatureDirection> directions;
     for (const CodeColumn& column : columns) directions.push_back({column.vertices, column.values});

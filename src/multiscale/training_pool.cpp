@@ -44,15 +44,16 @@ int TrainingPool::mixed_shape(std::int64_t place, std::int64_t round) const {
 
 const MetricRows& TrainingPool::rows(std::int64_t round) {
     if (!rows_) {
-        rows_.emplace(scale_.vertex_count(), shape_count());
+        rows_.emplace(source_->vertex_count(), shape_count());
         gathered_.assign(at(shape_count()), -1);
     }
-    std::vector<float> row(at(scale_.vertex_count()) * kFeatureDim);
+    std::vector<float> row(at(source_->vertex_count()) * kFeatureDim);
     for (int m = 0; m < shape_count(); ++m) {
         const int place = m - static_cast<int>(real_.size());
         const int wanted = place < 0 ? real_[at(m)] : mixed_shape(place, round);
         if (gathered_[at(m)] == wanted) continue;
-        scale_.map(source_->shape(wanted), row);
+        std::ranges::copy(source_->shape(wanted), row.begin());
+        scale_.scale(row);
         source_->forget(wanted);
         rows_->set(m, row);
         gathered_[at(m)] = wanted;

@@ -11,6 +11,7 @@
 #include "mscomp/acap/mirrored_features.h"
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/metric_scale.h"
 #include "multiscale/metric_rows.h"
 
 namespace mscomp {

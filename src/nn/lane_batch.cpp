@@ -78,7 +78,11 @@ class LaneGroup {
             for (std::int64_t i = next * kDim; i < next_end * kDim; i += 16) {
                 __builtin_prefetch(shapes_[l] + i);
             }
-            scale(shapes_[l] + begin * kDim, columns, tile[l]);
+            if (features_.scale.roots.empty()) {
+                scale(shapes_[l] + begin * kDim, columns, tile[l]);
+            } else {
+                scale_with_roots(begin, end, shapes_[l] + begin * kDim, tile[l]);
+            }
         }
         T* to[kColumns];
         for (std::int64_t i = 0; i < columns; ++i) {
@@ -97,6 +101,17 @@ class LaneGroup {
 #pragma omp simd
         for (std::int64_t i = 0; i < count; ++i) {
             to[i] = static_cast<float>((static_cast<double>(from[i]) - offset_[i]) * factor_[i]);
+        }
+    }
+
+    void scale_with_roots(std::int64_t begin, std::int64_t end, const float* from,
+                          float* to) const {
+        for (std::int64_t v = begin; v < end; ++v) {
+            const double root = features_.scale.root(at(v));
+            for (std::int64_t c = 0; c < kDim; ++c, ++from, ++to) {
+                *to = static_cast<float>((static_cast<double>(*from) - offset_[c]) *
+                                         (factor_[c] * root));
+            }
         }
     }
 

@@ -6,17 +6,17 @@
 #include <vector>
 
 #include "base/aligned.h"
-#include "mscomp/base/channel_scale.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/base/shape_features.h"
 #include "nn/vertex_order.h"
 
 namespace mscomp::nn {
 
-/// What the network sees of features that lie elsewhere, borrowed: scaled channel by
-/// channel, in double, rounded to float once.
+/// What the network sees of features that lie elsewhere, borrowed: scaled in double, rounded to
+/// float once.
 struct ScaledFeatures {
     const ShapeFeatures& shapes;
-    ChannelScale scale{};
+    MetricScale scale{};
 };
 
 /// A batch as the network reads it.

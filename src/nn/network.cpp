@@ -60,11 +60,11 @@ ComponentPlace place_of(int center, std::span<const float> weights, int vertices
 
 }  // namespace
 
-Network::Network(std::unique_ptr<Model<float>> model, const ChannelScale& scale,
+Network::Network(std::unique_ptr<Model<float>> model, const MetricScale& scale,
                  const TrainConfig& train, Prior prior)
     : owned_(std::move(model)), model_(*owned_), scale_(scale), train_(train), prior_(prior) {}
 
-Network::Network(Model<float>& model, const ChannelScale& scale, const TrainConfig& train)
+Network::Network(Model<float>& model, const MetricScale& scale, const TrainConfig& train)
     : model_(model), scale_(scale), train_(train) {}
 
 CodeTable Network::encode(const ShapeSet& shapes, std::span<const int> which) {
@@ -103,10 +103,10 @@ std::vector<float> Network::change(std::span<const float> codes,
     const std::shared_ptr<const Decoded> base = decoded(from);
     std::vector<float> difference = decoder()->decode(codes);
     for (std::size_t i = 0; i < difference.size(); ++i) {
-        const double f = scale_.factor[i % kFeatureDim];
         const double change =
             static_cast<double>(difference[i]) - static_cast<double>(base->features[i]);
-        difference[i] = f != 0 ? static_cast<float>(change / f) : 0.0F;
+        difference[i] =
+            static_cast<float>(change * scale_.unscale_factor(i / kFeatureDim, i % kFeatureDim));
     }
     return difference;
 }
@@ -114,10 +114,9 @@ std::vector<float> Network::change(std::span<const float> codes,
 std::vector<CodeColumn> Network::derivatives(std::span<const float> codes) const {
     std::vector<CodeColumn> columns = decoder()->derivatives(codes);
     for (CodeColumn& column : columns) {
-        for (std::size_t n = 0; n < column.values.size(); ++n) {
-            const double factor = scale_.factor[n % kFeatureDim];
-            const auto value = static_cast<double>(column.values[n]);
-            column.values[n] = factor != 0 ? static_cast<float>(value / factor) : 0.0F;
+        for (std::size_t n = 0; n < column.vertices.size(); ++n) {
+            scale_.unscale_change(column.vertices[n],
+                                  std::span(column.values).subspan(n * kFeatureDim, kFeatureDim));
         }
     }
     return columns;

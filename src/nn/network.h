@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "mscomp/base/channel_scale.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/config.h"
 #include "mscomp/model/learned_model.h"
 #include "nn/code_decoder.h"
@@ -19,10 +19,10 @@ namespace mscomp::nn {
 class Network : public LearnedModel {
   public:
     enum class Prior { none, normal };
-    Network(std::unique_ptr<Model<float>> model, const ChannelScale& scale,
-            const TrainConfig& train, Prior prior = Prior::none);
+    Network(std::unique_ptr<Model<float>> model, const MetricScale& scale, const TrainConfig& train,
+            Prior prior = Prior::none);
     /// Borrows the model.
-    Network(Model<float>& model, const ChannelScale& scale, const TrainConfig& train = {});
+    Network(Model<float>& model, const MetricScale& scale, const TrainConfig& train = {});
 
     ShapeRows rows() const override { return ShapeRows::features; }
     int vertex_count() const override { return model_.vertex_count(); }
@@ -56,7 +56,7 @@ class Network : public LearnedModel {
 
     std::unique_ptr<Model<float>> owned_;
     Model<float>& model_;
-    ChannelScale scale_;
+    MetricScale scale_;
     TrainConfig train_;
     Prior prior_ = Prior::none;
     mutable std::mutex mutex_;  // of these, which are made when first needed

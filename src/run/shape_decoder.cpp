@@ -144,7 +144,7 @@ std::optional<double> ShapeDecoder::relative_squared_error_of(int shape,
     if (run_.model->rows() != ShapeRows::features) return std::nullopt;
     const std::span<const float> features = shapes_.shape(shape);
     if (is_reference(features)) return std::nullopt;
-    const ChannelScale& minmax = run_.context().minmax;
+    const MetricScale& minmax = run_.context().minmax;
     std::vector<float> truth(features.begin(), features.end());
     minmax.scale(truth);
     minmax.scale(result);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "make_model.h"
+#include "mscomp/acap/area_metric.h"
 #include "mscomp/acap/shape_outliers.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
@@ -43,6 +44,17 @@ std::vector<std::string> odd_shapes(const SurfaceShapes& shapes, const ModelCont
     return outliers.warnings(names);
 }
 
+FeatureScale feature_scale(Scale scale) {
+    switch (scale) {
+        case Scale::separate:
+            return FeatureScale::separate;
+        case Scale::robust:
+            return FeatureScale::robust;
+        default:
+            return FeatureScale::shared;
+    }
+}
+
 }  // namespace
 
 TrainingSetup::TrainingSetup(const Config& of)
@@ -54,10 +66,12 @@ TrainingSetup::TrainingSetup(const Config& of)
     Split split = resolve_split(config.data.split, outline.shape_count(), "");
     if (split.train.empty()) throw UsageError("data.split leaves no shape to train on");
     warnings = odd_shapes(shapes, context, outline.names);
-    const FeatureRanges ranges(shapes, split.train);
+    std::vector<float> roots;
+    if (config.data.metric == FeatureMetric::area) roots = area_metric(context.reference);
+    const FeatureRanges ranges(shapes, split.train, std::move(roots));
     scaler = ranges.scaler(
         config.data.center == Scaling::minmax ? FeatureCenter::minmax : FeatureCenter::reference,
-        config.data.scale == Scale::shared ? FeatureScale::shared : FeatureScale::separate);
+        feature_scale(config.data.scale));
     if (std::ranges::all_of(scaler.factor, [](double f) { return f == 0; })) {
         throw UsageError(fmt::format("{}: the training shapes do not differ from the reference",
                                      config.data.features));

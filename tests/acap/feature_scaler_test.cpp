@@ -27,9 +27,13 @@ FeatureSet random_set(int count) {
     return set;
 }
 
-std::vector<float> scaled(const FeatureSet& set, const FeatureScaler& scaler) {
+/// Shape by shape where the scale depends on the vertex.
+std::vector<float> scaled(const FeatureSet& set, const FeatureScaler& scaler, int vertices = 0) {
     std::vector<float> features = set.features;
-    scaler.scale(features);
+    const std::size_t row = vertices == 0 ? features.size() : at(vertices * kFeatureDim);
+    for (std::size_t i = 0; i < features.size(); i += row) {
+        scaler.scale(std::span(features).subspan(i, row));
+    }
     return features;
 }
 
@@ -67,6 +71,53 @@ TEST(FeatureScaler, ASharedFactorIsTheSmallerOne) {
                            .scaler(FeatureCenter::reference, FeatureScale::shared);
     EXPECT_GT(turns.factor[0], 0);
     EXPECT_EQ(turns.factor[3], 0);
+}
+
+// With a metric the largest entry counts with the root of its vertex, and comes to 0.95.
+TEST(FeatureScaler, AMetricIsAPartOfTheScale) {
+    const FeatureSet set = random_set(4);
+    const std::vector<float> roots{0.5F, 3, 1, 0.25F, 2};
+    const FeatureRanges ranges(MemoryFeatures(set.features, set.vertex_count()), kAll, roots);
+    const auto scaler = ranges.scaler(FeatureCenter::reference, FeatureScale::shared);
+    EXPECT_EQ(scaler.roots, roots);
+    const std::vector<float> features = scaled(set, scaler, 5);
+    double largest = 0;
+    for (std::size_t k = 0; k < features.size(); ++k) {
+        const std::size_t channel = k % kFeatureDim, v = k / kFeatureDim % 5;
+        const double wanted =
+            scaler.factor[channel] * roots[v] * (set.features[k] - kReferenceFeature[channel]);
+        EXPECT_NEAR(features[k], wanted, 1e-6);
+        largest = std::max<double>(largest, std::abs(features[k]));
+    }
+    EXPECT_NEAR(largest, 0.95, 1e-6);
+    EXPECT_TRUE(ranges.scaler(FeatureCenter::minmax).roots.empty());
+}
+
+// What fewer than a thousandth of the weight do decides nothing; what more do, does.
+TEST(FeatureScaler, ARobustScaleLeavesOutAFewVertices) {
+    constexpr int kVertices = 4000;
+    FeatureSet set;
+    set.reference.vertices.resize(kVertices);
+    for (int v = 0; v < kVertices; ++v) {
+        for (std::size_t c = 0; c < kFeatureDim; ++c) {
+            const double largest = v < 4 ? 100.0 : v < 8 ? 5.0 : 1.0;
+            set.features.push_back(
+                static_cast<float>(kReferenceFeature[c] + (c == 1 ? largest : 0)));
+        }
+    }
+    const MemoryFeatures features(set.features, kVertices);
+    const std::vector<int> only{0};
+    const auto factor = [&](std::vector<float> roots) {
+        const FeatureRanges ranges(features, only, std::move(roots));
+        return ranges.scaler(FeatureCenter::reference, FeatureScale::robust).factor[1];
+    };
+    EXPECT_NEAR(factor({}), 0.95 / 5, 1e-9);  // four of 4,000 are a thousandth and no more
+    std::vector<float> roots(kVertices, 1);
+    for (std::size_t v = 0; v < 8; ++v) roots[v] = 0.1F;
+    EXPECT_NEAR(factor(roots), 0.95, 1e-7);  // eight of them with a hundredth of the weight
+    roots.assign(kVertices, 1);
+    roots[0] = 1.1F;
+    EXPECT_NEAR(factor(roots), 0.95 / 100, 1e-9);
 }
 
 TEST(FeatureScaler, ReferenceGoesToZeroAndTheLargestTo095) {

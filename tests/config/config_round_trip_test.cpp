@@ -35,6 +35,7 @@ Config config_with_no_default() {
     stacked(c).loss.sparsity = 0.1;
     stacked(c).loss.range = 1e-7;
     stacked(c).loss.range_limit = 123456.789;
+    stacked(c).loss.target = LossTarget::share;
     c.data.features = "a folder/odd \"name\": #1.safetensors";
     c.data.split.train = SplitKind::random;
     c.data.split.step = 3;
@@ -42,7 +43,8 @@ Config config_with_no_default() {
     c.data.split.seed = 18446744073709551615u;
     c.data.split.path = "null";
     c.data.center = Scaling::minmax;
-    c.data.scale = Scale::separate;
+    c.data.scale = Scale::robust;
+    c.data.metric = FeatureMetric::vertices;
     c.train.epochs = 1;
     c.train.batch = 1000000000;
     c.train.learning_rate = 1e-300;
@@ -97,6 +99,7 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(stacked(r).loss.sparsity, stacked(c).loss.sparsity);
         EXPECT_EQ(stacked(r).loss.range, stacked(c).loss.range);
         EXPECT_EQ(stacked(r).loss.range_limit, stacked(c).loss.range_limit);
+        EXPECT_EQ(stacked(r).loss.target, stacked(c).loss.target);
         EXPECT_EQ(r.data.features, c.data.features);
         EXPECT_EQ(r.data.split.train, c.data.split.train);
         EXPECT_EQ(r.data.split.step, c.data.split.step);
@@ -105,6 +108,7 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(r.data.split.path, c.data.split.path);
         EXPECT_EQ(r.data.center, c.data.center);
         EXPECT_EQ(r.data.scale, c.data.scale);
+        EXPECT_EQ(r.data.metric, c.data.metric);
         EXPECT_EQ(r.train.epochs, c.train.epochs);
         EXPECT_EQ(r.train.batch, c.train.batch);
         EXPECT_EQ(r.train.learning_rate, c.train.learning_rate);

@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "acap/acap_cases.h"
-#include "mscomp/base/channel_scale.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/shape_model.h"
 
 namespace mscomp::cases {
 
 /// Different for r and S, exact in float.
-inline ChannelScale wave_scale() {
-    ChannelScale scale;
+inline MetricScale wave_scale() {
+    MetricScale scale;
     for (std::size_t c = 0; c < kFeatureDim; ++c) {
         scale.offset[c] = static_cast<double>(kReferenceFeature[c]);
         scale.factor[c] = c < kRotationDim ? 0.5 : 2;

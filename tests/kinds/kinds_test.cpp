@@ -85,10 +85,17 @@ class EachKind : public testing::TestWithParam<std::string> {
         config_.train.fill_up_to = 14;
         config_.train.batch = 8;
         config_.train.plateau_epochs = 0;
-        scale_ = around_reference(1);
+        use_scale(1);
     }
     void TearDown() override { set_thread_count(0); }
 
+    /// Features times `factor`, and those of some vertices counting more than those of others.
+    void use_scale(double factor) {
+        scale_ = around_reference(factor);
+        for (int v = 0; v < problem_.mesh.vertex_count(); ++v) {
+            scale_.roots.push_back(v % 3 == 0 ? 1.25F : 0.75F);
+        }
+    }
     bool works_on_features() const { return kind_named(GetParam()).rows == ShapeRows::features; }
     std::unique_ptr<LearnedModel> make(ModelUse use = ModelUse::training) {
         const std::size_t edges =
@@ -123,7 +130,7 @@ class EachKind : public testing::TestWithParam<std::string> {
 
     SmallTraining problem_;
     MemoryShapes shapes_{problem_};
-    ChannelScale scale_;
+    MetricScale scale_;
     Config config_;
     TemporaryFolder folder_;
 };
@@ -257,7 +264,7 @@ TEST_P(EachKind, WhatTrainsIsNotTakenForAstray) {
 // nowhere.
 TEST_P(EachKind, GivesItsReferenceBack) {
     if (!works_on_features()) GTEST_SKIP() << "principal components are around the mean";
-    scale_ = around_reference(2);
+    use_scale(2);
     if (auto* stacked = std::any_cast<StackedSettings>(&config_.settings)) {
         stacked->model.bias = false;
     }

@@ -51,11 +51,10 @@ TEST(AlternatingSquares, SolveTheEquationsOfTheHeader) {
             const int first = rounds.rings.offsets[at(v)], last = rounds.rings.offsets[at(v) + 1];
             for (int entry = first; entry < last; ++entry) {
                 const int u = rounds.rings.neighbors[at(entry)];
-                mean += before.col(k).segment<9>(9 * u) /
-                        static_cast<double>(rounds.sphere.scale.root(u)) / (last - first);
+                mean += before.col(k).segment<9>(9 * u) / rounds.sphere.scale.root(at(u)) /
+                        (last - first);
             }
-            right.row(a) +=
-                mu * static_cast<double>(rounds.sphere.scale.root(v)) * mean.transpose();
+            right.row(a) += mu * rounds.sphere.scale.root(at(v)) * mean.transpose();
             for (Eigen::Index b = 0; b < count; ++b) {
                 matrix(a, b) = gram(k, acting[at(b)]) + (a == b ? mu : 0);
             }

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "mscomp/acap/area_metric.h"
 #include "mscomp/base/random.h"
-#include "multiscale/area_metric.h"
 #include "multiscale/ball_components.h"
 #include "multiscale/metric_rows.h"
 #include "nn/small_training.h"
@@ -18,16 +18,18 @@ namespace mscomp::cases {
 struct Sphere {
     TriangleMesh mesh = shapes::icosphere(2);
     nn::SphereDistances distances{mesh.vertices};
-    MetricScale scale{around(2), area_metric(mesh)};
+    MetricScale scale = around(2);
 
-    static ChannelScale around(double factor) {
-        ChannelScale result;
+    static MetricScale around(double factor) {
+        MetricScale result;
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
             result.offset[c] = static_cast<double>(kReferenceFeature[c]);
             result.factor[c] = factor;
         }
         return result;
     }
+    Sphere() { scale.roots = area_metric(mesh); }
+
     int vertices() const { return mesh.vertex_count(); }
     Ball ball(int center, double radius) {
         Ball result{center, {}};

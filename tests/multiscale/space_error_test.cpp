@@ -25,7 +25,7 @@ class SpaceErrorTest : public testing::Test {
             shapes_(9 * v + 2, 1) += v % 2 == 0 ? 2 * 3.1 * root(v) : 0;
         }
     }
-    double root(int v) const { return static_cast<double>(sphere_.scale.root(v)); }
+    double root(int v) const { return sphere_.scale.root(at(v)); }
     SpaceError error(const MatrixXd& targets) const {
         return {sphere_.mesh, "cotangent", sphere_.scale, cases::rows_of(targets)};
     }

@@ -49,11 +49,12 @@ TEST_F(TrainingPoolTest, HasTheTrainingShapesMapped) {
     ASSERT_EQ(rows.shape_count(), 3);
     std::vector<float> row(at(sphere_.vertices()) * 9);
     for (int m = 0; m < 3; ++m) {
-        sphere_.scale.map(memory_.shape(train_[at(m)]), row);
+        std::ranges::copy(memory_.shape(train_[at(m)]), row.begin());
+        sphere_.scale.scale(row);
         for (std::size_t i = 0; i < row.size(); ++i) ASSERT_EQ(rows.value(i, m), row[i]);
     }
     // And back.
-    sphere_.scale.unmap(row);
+    sphere_.scale.unscale(row);
     for (std::size_t i = 0; i < row.size(); ++i) {
         ASSERT_NEAR(row[i], memory_.shape(5)[i], 1e-6);
     }
@@ -67,7 +68,8 @@ TEST_F(TrainingPoolTest, HasMirrorImages) {
     ASSERT_EQ(all.shape_count(), 6);
     const MirroredFeatures mirrored(memory_, *mirror);
     std::vector<float> row(at(sphere_.vertices()) * 9);
-    sphere_.scale.map(mirrored.shape(kShapes + 2), row);
+    std::ranges::copy(mirrored.shape(kShapes + 2), row.begin());
+    sphere_.scale.scale(row);
     const MetricRows& rows = all.rows(0);
     for (std::size_t i = 0; i < row.size(); ++i) ASSERT_EQ(rows.value(i, 4), row[i]);
 }

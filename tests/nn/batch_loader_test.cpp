@@ -36,9 +36,13 @@ VertexOrder random_order(int vertices) {
     return order;
 }
 
-ScaledFeatures scaled(const ShapeFeatures& shapes) {
-    return {shapes,
-            {{0.1, -0.2, 0.3, 1, 0, 0, 1, 0, 1}, {0.7, 0.7, 0.7, 3.3, 3.3, 3.3, 0, 5, 1e-3}}};
+ScaledFeatures scaled(const ShapeFeatures& shapes, bool has_roots = false) {
+    ScaledFeatures scaled{
+        shapes, {{0.1, -0.2, 0.3, 1, 0, 0, 1, 0, 1}, {0.7, 0.7, 0.7, 3.3, 3.3, 3.3, 0, 5, 1e-3}}};
+    for (int v = 0; has_roots && v < shapes.vertex_count(); ++v) {
+        scaled.scale.roots.push_back(0.5F + 0.01F * static_cast<float>(v));
+    }
+    return scaled;
 }
 
 /// Features in memory, with something to be done before each shape is handed out.
@@ -68,10 +72,11 @@ class WatchedFeatures final : public ShapeFeatures {
 };
 
 template <class T>
-void expect_definition(int vertices, int lanes, int count, GatherThreads threads) {
+void expect_definition(int vertices, int lanes, int count, GatherThreads threads,
+                       bool has_roots = false) {
     const std::vector<float> features = random_features(count + 2, vertices);
     const MemoryFeatures memory(features, vertices);
-    const ScaledFeatures source = scaled(memory);
+    const ScaledFeatures source = scaled(memory, has_roots);
     const VertexOrder order = random_order(vertices);
     std::vector<int> which(static_cast<std::size_t>(count));
     std::iota(which.rbegin(), which.rend(), 2);
@@ -87,8 +92,9 @@ void expect_definition(int vertices, int lanes, int count, GatherThreads threads
                     const int shape = which[static_cast<std::size_t>(l)];
                     const double feature =
                         features[static_cast<std::size_t>((shape * vertices + user) * 9 + c)];
-                    wanted = static_cast<float>((feature - source.scale.offset[channel]) *
-                                                source.scale.factor[channel]);
+                    wanted = static_cast<float>(
+                        (feature - source.scale.offset[channel]) *
+                        (source.scale.factor[channel] * source.scale.root(at(user))));
                 }
                 ASSERT_EQ(rows[static_cast<std::size_t>((v * 9 + c) * lanes + l)], T{wanted})
                     << "vertex " << v << ", channel " << c << ", lane " << l << " of " << count;
@@ -97,14 +103,15 @@ void expect_definition(int vertices, int lanes, int count, GatherThreads threads
     }
 }
 
-// Row (v,c), lane l is (feature - offset) factor of user vertex, channel and shape, for every count
-// of vertices around the size of a tile and every filling of the lanes.
+// Row (v,c), lane l is (feature - offset) factor root of user vertex, channel and shape, for every
+// count of vertices around the size of a tile and every filling of the lanes.
 TEST(GatherLanes, PutsEveryNumberInItsPlace) {
     for (const int vertices : {1, 3, 31, 32, 33, 65, 100}) {
         for (const auto& [lanes, count] : {std::pair(8, 1), std::pair(8, 8), std::pair(16, 9),
                                            std::pair(32, 16), std::pair(48, 36)}) {
             expect_definition<float>(vertices, lanes, count, GatherThreads::one);
             expect_definition<double>(vertices, lanes, count, GatherThreads::all);
+            expect_definition<float>(vertices, lanes, count, GatherThreads::all, true);
         }
     }
 }

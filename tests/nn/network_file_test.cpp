@@ -32,12 +32,14 @@ class ModelFileTest : public testing::Test {
         context.config = "model: {}";
         context.reference = problem_.mesh;
         context.scale.factor.fill(2.0);
+        context.scale.roots = roots_;
         context.train_shapes = problem_.shapes;
         const std::string path = temporary("model.safetensors");
         write_network(path, *model, context, trainer.state(), trainer.codes());
         return path;
     }
     SmallTraining problem_;
+    std::vector<float> roots_;
 
   private:
     TemporaryFolder folder_;
@@ -52,6 +54,18 @@ TEST_F(ModelFileTest, KeepsItsContext) {
     EXPECT_EQ(file.context().train_shapes, problem_.shapes);
     EXPECT_EQ(file.codes().code_count, 3 + 6);
     EXPECT_EQ(file.codes().shape_count(), 12);
+}
+
+TEST_F(ModelFileTest, KeepsTheMetric) {
+    EXPECT_TRUE(ModelFile(saved()).context().scale.roots.empty());
+    for (int v = 0; v < problem_.mesh.vertex_count(); ++v) {
+        roots_.push_back(1 + 0.01F * static_cast<float>(v));
+    }
+    EXPECT_EQ(ModelFile(saved()).context().scale.roots, roots_);
+    roots_[7] = 0;
+    EXPECT_THROW(ModelFile{saved()}, CheckpointError);
+    roots_.pop_back();
+    EXPECT_THROW(ModelFile{saved()}, CheckpointError);
 }
 
 // Every array in the vertex order of the user, under its name.

@@ -21,8 +21,8 @@ inline void load_network(const ModelFile& file, Model<float>& model) {
 }
 
 /// Features times `factor` around the reference, which is zero then.
-inline ChannelScale around_reference(double factor) {
-    ChannelScale scale;
+inline MetricScale around_reference(double factor) {
+    MetricScale scale;
     scale.factor.fill(factor);
     for (std::size_t c = 0; c < kFeatureDim; ++c) {
         scale.offset[c] = static_cast<double>(kReferenceFeature[c]);

@@ -58,7 +58,7 @@ class ReferenceCase : public testing::TestWithParam<const char*> {
             std::make_unique<StoredDistances>(file_->data<double>("geod", {-1, -1}), vertices_);
         const nlohmann::json& config = settings_.at("config");
         loss_ = {config.at("lambda")[0], config.at("lambda")[1], config.at("lambda")[2],
-                 config.at("theta").get<double>()};
+                 config.at("theta").get<double>(), LossTarget::share};
         const int shapes = settings_.at("N");
         model_ = std::make_unique<StackedModel<double>>(
             model_config(config), loss_,

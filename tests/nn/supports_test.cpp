@@ -87,10 +87,12 @@ TEST(ParameterSet, ForgetsWhatStopsBeingLive) {
     }
 }
 
-class Supports : public testing::Test {
+/// Of both errors that the last level can have.
+class Supports : public testing::TestWithParam<LossTarget> {
   protected:
     Supports() {
         problem_.config.train.epochs = 10;
+        problem_.config.loss.target = GetParam();
         model_ = problem_.make_model();
     }
     StackedModel<float>& model() { return *model_; }
@@ -114,7 +116,7 @@ class Supports : public testing::Test {
 };
 
 // After a start the last level acts where it has weights, and that is not everywhere.
-TEST_F(Supports, BeginWhereTheStartPutsWeights) {
+TEST_P(Supports, BeginWhereTheStartPutsWeights) {
     start_deflation(model(), std::span<const float>(problem_.features),
                     std::span<const int>(problem_.shapes));
     const std::vector<std::uint8_t> acts = model().acting(1);
@@ -137,7 +139,7 @@ TEST_F(Supports, BeginWhereTheStartPutsWeights) {
 }
 
 // A part of a component that was cut away comes back: leaving it out costs more than is allowed.
-TEST_F(Supports, GrowWhereTheGradientAsksForIt) {
+TEST_P(Supports, GrowWhereTheGradientAsksForIt) {
     start_deflation(model(), std::span<const float>(problem_.features),
                     std::span<const int>(problem_.shapes));
     const std::vector<std::uint8_t> whole = model().acting(1);
@@ -174,7 +176,7 @@ TEST_F(Supports, GrowWhereTheGradientAsksForIt) {
 }
 
 // Vertices without weights whose gradient is no match for the penalty are dropped.
-TEST_F(Supports, ShrinkWhereNothingIsGained) {
+TEST_P(Supports, ShrinkWhereNothingIsGained) {
     start_deflation(model(), std::span<const float>(problem_.features),
                     std::span<const int>(problem_.shapes));
     const std::vector<std::uint8_t> found = model().acting(1);
@@ -188,14 +190,13 @@ TEST_F(Supports, ShrinkWhereNothingIsGained) {
     EXPECT_EQ(change.admitted, 0);
     EXPECT_LT(model().touched(1), 0.8);
     // What dropping costs is within what the rule allows for all vertices of all autoencoders.
-    double errors = 0;
-    for (int a = 0; a < 3; ++a) errors += model().terms(1, a).reconstruction;
+    const double errors = model().term_values()[3];  // of level 1
     const double cost = static_cast<double>(model().forward()) - static_cast<double>(dense);
     EXPECT_LE(cost, StackedModel<float>::kWorthwhile * errors + 1e-5 * static_cast<double>(dense));
 }
 
 // The level that acts everywhere and the one that acts where its weights are give the same outputs.
-TEST_F(Supports, AreExactWhereTheRestIsZero) {
+TEST_P(Supports, AreExactWhereTheRestIsZero) {
     start_deflation(model(), std::span<const float>(problem_.features),
                     std::span<const int>(problem_.shapes));
     pass();
@@ -216,7 +217,7 @@ TEST_F(Supports, AreExactWhereTheRestIsZero) {
 }
 
 // The same with an output that is not zero where nothing acts.
-TEST_F(Supports, AreExactWithAConstantOutput) {
+TEST_P(Supports, AreExactWithAConstantOutput) {
     start_deflation(model(), std::span<const float>(problem_.features),
                     std::span<const int>(problem_.shapes));
     const std::span<float> bias = model().parameters().value(model().levels()[1].decoder_bias);
@@ -235,7 +236,7 @@ TEST_F(Supports, AreExactWithAConstantOutput) {
 }
 
 // Loss weights times a constant are the same problem: the same vertices act.
-TEST_F(Supports, DoNotDependOnTheUnitOfTheLoss) {
+TEST_P(Supports, DoNotDependOnTheUnitOfTheLoss) {
     std::vector<std::vector<std::uint8_t>> acts;
     for (const double unit : {1.0, 64.0}) {
         problem_.config.loss.reconstruction = unit;
@@ -254,7 +255,7 @@ TEST_F(Supports, DoNotDependOnTheUnitOfTheLoss) {
 
 // A larger penalty admits no more vertices, and one that no gradient reaches admits none where it
 // acts in full.
-TEST_F(Supports, GrowOnlyAgainstThePenalty) {
+TEST_P(Supports, GrowOnlyAgainstThePenalty) {
     std::int64_t before = std::numeric_limits<std::int64_t>::max();
     for (const double penalty : {0.0, 1.0, 1e9}) {
         start_deflation(model(), std::span<const float>(problem_.features),
@@ -268,12 +269,17 @@ TEST_F(Supports, GrowOnlyAgainstThePenalty) {
 }
 
 // Training decides anew who acts.
-TEST_F(Supports, AreAdaptedByTraining) {
+TEST_P(Supports, AreAdaptedByTraining) {
     Trainer trainer(model(), problem_.config.train, problem_.features, problem_.shapes);
     trainer.start();
     model().set_acting(1, std::vector<std::uint8_t>(model().acting(1).size(), 1));
     EXPECT_LT(trainer.run_epoch().touched, 0.9);
 }
+
+INSTANTIATE_TEST_SUITE_P(Targets, Supports, testing::Values(LossTarget::sum, LossTarget::share),
+                         [](const auto& target) {
+                             return target.param == LossTarget::sum ? "sum" : "share";
+                         });
 
 // A component that stands still in most batches lives on.
 TEST(SupportsInSmallBatches, KeepWhatMovesRarely) {

@@ -86,10 +86,14 @@ TEST_F(Training, ScalingOnTheWayChangesNoBit) {
         const std::vector<float> before = trained(problem, 3);
         // Powers of two: scaling there and back is exact.
         std::vector<float> unscaled = problem.features;
-        for (float& x : unscaled) x /= 4;
-        const MemoryFeatures memory(unscaled, problem.mesh.vertex_count());
+        const int vertices = problem.mesh.vertex_count();
+        const MemoryFeatures memory(unscaled, vertices);
         ScaledFeatures features{memory};
         features.scale.factor.fill(4);
+        for (int v = 0; v < vertices; ++v) features.scale.roots.push_back(v % 2 == 0 ? 2 : 0.5F);
+        for (std::size_t i = 0; i < unscaled.size(); ++i) {
+            unscaled[i] /= i / 9 % static_cast<std::size_t>(vertices) % 2 == 0 ? 8 : 2;
+        }
         const auto model = problem.make_model();
         Trainer trainer(*model, problem.config.train, features, problem.shapes);
         trainer.start();

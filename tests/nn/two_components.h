@@ -16,7 +16,7 @@ namespace mscomp::nn {
 /// A network whose reference is encoded as what it is told.
 class HandNetwork final : public Network {
   public:
-    HandNetwork(Model<float>& model, const ChannelScale& scale, std::vector<float> reference)
+    HandNetwork(Model<float>& model, const MetricScale& scale, std::vector<float> reference)
         : Network(model, scale), reference_(std::move(reference)) {}
 
     std::vector<float> reference_codes() override {
@@ -47,7 +47,7 @@ struct TwoComponents {
         set_weights(weights);
         model->set_centers(0, {1, 0});  // inside the range of every vertex: they stay
         reference[0] = static_cast<float>(std::atanh(0.2));
-        ChannelScale scale;
+        MetricScale scale;
         scale.factor.fill(0.5);
         network = std::make_unique<HandNetwork>(*model, scale, reference);
     }

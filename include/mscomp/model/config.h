@@ -18,13 +18,16 @@ struct SplitConfig {
 };
 
 enum class Scaling { reference, minmax };
-enum class Scale { shared, separate };
+enum class Scale { shared, separate, robust };
+/// What a squared error of a feature counts as: the same at every vertex, or as the area around it.
+enum class FeatureMetric { vertices, area };
 
 struct DataConfig {
     std::string features;  // feature file; relative paths are relative to the config file
     SplitConfig split;
     Scaling center = Scaling::reference;  // of kinds that work on features
     Scale scale = Scale::shared;
+    FeatureMetric metric = FeatureMetric::vertices;
 };
 
 enum class Start { deflation, random };

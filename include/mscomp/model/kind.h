@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/base/channel_scale.h"
 #include "mscomp/base/distance_rows.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/config.h"
 #include "mscomp/model/keys.h"
 #include "mscomp/model/learned_model.h"
@@ -24,7 +24,7 @@ enum class ModelUse {
 struct ModelPlace {
     const TriangleMesh& reference;
     DistanceRows& distances;  // normalised
-    ChannelScale scale;       // of features, fitted on the training shapes
+    MetricScale scale;        // of features, fitted on the training shapes
     ModelUse use = ModelUse::reading;
     /// How many shapes a model for training is trained on, and of one for reading the most that are
     /// worth encoding together.

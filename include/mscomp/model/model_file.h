@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "mscomp/base/channel_scale.h"
 #include "mscomp/base/mesh_data.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/base/vertex_places.h"
 #include "mscomp/model/learned_model.h"
 
@@ -21,8 +21,8 @@ struct ModelContext {
     TriangleMesh reference;             // on the W places: the mesh that the model knows
     VertexPlaces places;                // of the vertices of the files,
     TriangleMesh reference_of_files{};  // and these; empty if every vertex is a place of its own
-    ChannelScale scale;                 // of the features, fitted on the training shapes
-    ChannelScale minmax;          // the papers' two global ranges (center: minmax), for [A] eq. 8
+    MetricScale scale;                  // of the features, fitted on the training shapes
+    MetricScale minmax;           // the papers' two global ranges (center: minmax), for [A] eq. 8
     std::string source_hash;      // XXH3 of the feature file, empty if it has none
     double largest_distance = 0;  // geodesic normaliser, unit of the mesh
     bool largest_distance_exact = false;

@@ -14,9 +14,6 @@ struct BallLevel {
     double max_support = 0.38;    // part of the vertices in a ball at most
 };
 
-/// What an error of a feature counts as: the same at every vertex, or as the area around it.
-enum class FeatureMetric { vertices, area };
-
 /// How the start spreads its centres.
 struct CenterSpread {
     int most = 4;          // centres within the radius
@@ -29,7 +26,6 @@ inline constexpr int kFewShapes = 24, kMostFilledUpTo = 4096;
 struct MultiscaleSettings {
     int global_components = 4;  // without a limit to their support, before the levels
     std::vector<BallLevel> levels{{8, 0.4, 0.36}, {16, 0.35, 0.28}, {32, 0.25, 0.19}};
-    FeatureMetric metric = FeatureMetric::area;
     CenterSpread spread;
     /// Of the components' least squares, as a part of the mean square of a code; what it leaves
     /// open is as at the neighbours.

@@ -37,10 +37,10 @@ struct StackedConfig {
     Activation decoder_fc_activation = Activation::none;
     /// Convolutions have biases ([A]). Without them the reference, which is zero, comes back
     /// exactly.
-    bool bias = true;
+    bool bias = false;
     double mask_power = 8.0;  // attention masks ~ a^p, > 0; 1 = the paper
     double mask_epsilon = 1e-12;
-    std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.2, {}, {}}};
+    std::vector<LevelConfig> levels{{10, 0.4, {}, {}}, {5, 0.3, {}, {}}};
 };
 
 /// What the autoencoders of every level but the first are to describe (method §9).
@@ -51,13 +51,13 @@ enum class LossTarget {
 
 /// Weights of the loss of every autoencoder, all >= 0.
 struct LossConfig {
-    LossTarget target = LossTarget::sum;
     double reconstruction = 1.0;
     double sparsity = 1000.0;
     double range = 1.0;
     /// Codes above it are penalised, >= 0. Empty: 5 up to 10,000 vertices, and on finer meshes
     /// what comes to the same (nn/resolution.h); a number: that on every mesh, in the papers 5.
     std::optional<double> range_limit;
+    LossTarget target = LossTarget::sum;
 };
 
 /// What the configuration of a kind of stacked autoencoders holds for itself.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "multiscale/area_metric.h"
+#include "mscomp/acap/area_metric.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
