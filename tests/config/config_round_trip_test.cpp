@@ -35,7 +35,7 @@ Config config_with_no_default() {
     stacked(c).loss.sparsity = 0.1;
     stacked(c).loss.range = 1e-7;
     stacked(c).loss.range_limit = 123456.789;
-    stacked(c).loss.target = LossTarget::share;
+    stacked(c).loss.target = nn::LossTarget::share;
     c.data.features = "a folder/odd \"name\": #1.safetensors";
     c.data.split.train = SplitKind::random;
     c.data.split.step = 3;
