@@ -70,12 +70,12 @@ TEST_F(PcaCommands, AllFitsAreThoseWithoutFeatures) {
     EXPECT_FALSE(all.contains("codes"));
     EXPECT_EQ(all, json::parse(run("mscomp evaluate pca.run --quiet --json --fit both")));
     for (const char* command : {"evaluate pca.run --fit codes",
-                                "reconstruct pca.run arm.safetensors -o out --fit codes"}) {
+                                "reconstruct pca.run arm.safetensors -o decoded --fit codes"}) {
         run(std::string("! mscomp ") + command + " --quiet 2>message");
         EXPECT_THAT(read_file(folder_ / "message"),
                     HasSubstr("--fit codes: a model of kind pca decodes to positions"));
     }
-    EXPECT_FALSE(fs::exists(folder_ / "out"));
+    EXPECT_FALSE(fs::exists(folder_ / "decoded"));
 }
 
 TEST_F(PcaCommands, ExportsBothEndsOfEveryComponent) {
