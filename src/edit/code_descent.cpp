@@ -10,9 +10,10 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
-#include "code_trials.h"
 #include "mscomp/base/index.h"
 #include "mscomp/linear/blas_threads.h"
 #include "reduced_normal_equations.h"
@@ -23,9 +24,7 @@ namespace {
 using Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr double kFirstRadius = 1e3;  // the damping is 1 / radius of the diagonal of H
 constexpr double kSmallestRadius = 1e-8;
-constexpr double kLargestRadius = 1e12;
 constexpr double kSmallestDiagonal = 1e-9;  // of the largest entry
 
 /// The objective of one shape as the sum of squares of K + 1 residuals (small_residuals) in the
@@ -33,16 +32,19 @@ constexpr double kSmallestDiagonal = 1e-9;  // of the largest entry
 /// holds in doubles is rounded first.
 class CodeCost final : public ceres::CostFunction {
   public:
-    CodeCost(const CodeTrials& trials, const FitSubset& subset, int max_steps)
-        : trials_(trials), subset_(subset), max_steps_(max_steps), best_(trials.first()) {
-        const auto count = static_cast<int>(subset.codes.size());
+    CodeCost(const CodeTrials& trials, int max_steps)
+        : trials_(trials),
+          moving_(trials.freedom().moving),
+          max_steps_(max_steps),
+          best_(trials.first()) {
+        const auto count = static_cast<int>(moving_.size());
         mutable_parameter_block_sizes()->push_back(count);
         set_num_residuals(count + 1);
     }
 
     bool Evaluate(double const* const* parameters, double* residuals,
                   double** jacobians) const override {
-        const auto count = static_cast<Eigen::Index>(subset_.codes.size());
+        const auto count = static_cast<Eigen::Index>(moving_.size());
         const Trial* trial = trial_at({parameters[0], at(count)});
         if (trial == nullptr) return false;
         Eigen::Map<VectorXd> values(residuals, count + 1);
@@ -64,6 +66,7 @@ class CodeCost final : public ceres::CostFunction {
     }
 
     const Trial& best() const { return best_; }
+    Trial take_best() { return std::move(best_); }
     const NormalEquations& equations_at_best() const {
         if (!equations_) equations_ = trials_.normal_equations(best_);
         return *equations_;
@@ -77,7 +80,7 @@ class CodeCost final : public ceres::CostFunction {
         Trial trial;
         trial.codes = best_.codes;
         for (std::size_t n = 0; n < moved.size(); ++n) {
-            trial.codes[at(subset_.codes[n])] = static_cast<float>(moved[n]);
+            trial.codes[at(moving_[n])] = static_cast<float>(moved[n]);
         }
         if (trial.codes == best_.codes) return &best_;
         if (!trials_.evaluate(trial)) return nullptr;
@@ -90,7 +93,7 @@ class CodeCost final : public ceres::CostFunction {
     }
 
     const CodeTrials& trials_;
-    const FitSubset& subset_;
+    std::span<const int> moving_;
     int max_steps_;
     // Ceres evaluates through a const reference.
     mutable Trial best_, last_;
@@ -110,18 +113,18 @@ class StepLimit final : public ceres::IterationCallback {
     const CodeCost& cost_;
 };
 
-ceres::Solver::Options solver_options(const VertexFitOptions& fit, double largest_diagonal) {
+ceres::Solver::Options solver_options(const DescentOptions& descent, double largest_diagonal) {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
     options.max_num_iterations = std::numeric_limits<int>::max();
-    options.initial_trust_region_radius = kFirstRadius;
+    options.initial_trust_region_radius = descent.first_radius;
     options.min_trust_region_radius = kSmallestRadius;
-    options.max_trust_region_radius = kLargestRadius;
+    options.max_trust_region_radius = kUndampedRadius;
     options.min_lm_diagonal = kSmallestDiagonal * largest_diagonal;
     options.min_relative_decrease = 0;
     options.max_num_consecutive_invalid_steps = 30;  // by then the radius is the smallest
     options.jacobi_scaling = false;
-    options.function_tolerance = fit.least_gain;
+    options.function_tolerance = descent.least_gain;
     options.gradient_tolerance = 0;
     options.parameter_tolerance = 0;
     options.num_threads = 1;  // shapes run in parallel, and results do not depend on threads
@@ -138,32 +141,30 @@ ceres::Problem::Options problem_options() {
 
 }  // namespace
 
-FittedShape descend(const CodeObjective& objective, std::span<const Point> truth,
-                    std::span<const float> start, const FitSubset& subset) {
-    const CodeTrials trials(objective, truth, start, subset);
-    CodeCost cost(trials, subset, objective.options.max_steps);
-    FittedShape result;
-    result.initial_rms = trials.rms(cost.best());
-    if (objective.options.max_steps > 0) {
+Descent descend(const CodeTrials& trials, const DescentOptions& options) {
+    CodeCost cost(trials, options.max_steps);
+    Descent result;
+    result.initial_error = cost.best().error;
+    if (options.max_steps > 0) {
+        const CodeFreedom& freedom = trials.freedom();
         std::vector<double> moved;
-        for (const int code : subset.codes) moved.push_back(static_cast<double>(start[at(code)]));
+        for (const int code : freedom.moving) {
+            moved.push_back(static_cast<double>(freedom.start[at(code)]));
+        }
         ceres::Problem problem(problem_options());
         problem.AddResidualBlock(&cost, nullptr, moved.data());
         StepLimit limit(cost);
-        ceres::Solver::Options options =
-            solver_options(objective.options, cost.equations_at_best().H.diagonal().maxCoeff());
-        options.callbacks.push_back(&limit);
+        ceres::Solver::Options solver =
+            solver_options(options, cost.equations_at_best().H.diagonal().maxCoeff());
+        solver.callbacks.push_back(&limit);
         pin_blas_threads();
         ceres::Solver::Summary summary;
-        ceres::Solve(options, &problem, &summary);
+        ceres::Solve(solver, &problem, &summary);
         // Whatever else ends it, no step helped enough.
         result.converged = summary.termination_type != ceres::USER_FAILURE;
     }
-    const Trial& best = cost.best();
     result.steps = cost.steps();
-    result.rms = trials.rms(best);
-    result.codes = best.codes;
-    result.vertices = trials.placed(best);
+    result.best = cost.take_best();
     return result;
 }
 

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
-#include <span>
-#include <vector>
-
-#include "mscomp/edit/code_positions.h"
-#include "mscomp/edit/vertex_fit.h"
+#include "code_trials.h"
 
 namespace mscomp {
 
-/// |R F(Dec(z)) - P|² scale² / 3V + prior² Σ_k stiffness_k (z_k - start_k)² / K, both F and P with
-/// the centroid at 0, R the best rotation.
-struct CodeObjective {
-    CodePositions codes;
-    double scale = 1;           // makes the reference fit the unit ball
-    Eigen::VectorXd stiffness;  // (K) 1 / deviation²
-    VertexFitOptions options;
+struct DescentOptions {
+    int max_steps;        // accepted ones
+    double least_gain;    // ends when a step lowers the objective by a smaller share of it
+    double first_radius;  // the damping is 1 / radius of the diagonal of H
 };
 
-/// Levenberg-Marquardt steps from `start` (K) towards `truth` (V), both finite. Of the subset both
-/// lists are filled, ascending: the sums above are over its vertices and codes, centroids are those
-/// of its vertices. Throws NumericalError if the start decodes to features that are not finite.
-FittedShape descend(const CodeObjective& objective, std::span<const Point> truth,
-                    std::span<const float> start, const FitSubset& subset);
+/// The radius that damps nothing, as long as Gauss-Newton steps help.
+inline constexpr double kUndampedRadius = 1e12;
+
+struct Descent {
+    Trial best;
+    double initial_error = 0;  // Trial::error of the start
+    int steps = 0;
+    bool converged = false;
+};
+
+/// Levenberg-Marquardt steps from the start to where no code lowers the objective any more, which
+/// never rises. Throws NumericalError if the start decodes to what is not finite.
+Descent descend(const CodeTrials& trials, const DescentOptions& options);
 
 }  // namespace mscomp

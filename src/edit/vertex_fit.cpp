@@ -6,17 +6,21 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include "code_descent.h"
+#include "listed.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/base/points.h"
 #include "values.h"
+#include "vertex_trials.h"
 
 namespace mscomp {
 namespace {
+
+constexpr double kFirstRadius = 1e3;
 
 /// Makes the reference fit the unit ball; 1 for a reference without size.
 double scale_of(const std::vector<Point>& reference) {
@@ -38,31 +42,10 @@ Eigen::VectorXd stiffnesses(const std::vector<float>& deviations, int count) {
     return result;
 }
 
-/// What is listed, ascending; all of `count` if nothing is. Throws UsageError for what is not there
-/// or listed twice.
-std::vector<int> listed(std::vector<int> list, int count, const char* what) {
-    if (list.empty()) {
-        list.resize(at(count));
-        std::iota(list.begin(), list.end(), 0);
-        return list;
-    }
-    std::ranges::sort(list);
-    for (std::size_t n = 0; n < list.size(); ++n) {
-        if (list[n] < 0 || list[n] >= count) {
-            throw UsageError(
-                fmt::format("a fit of {} {}, wanted 0 to {}", what, list[n], count - 1));
-        }
-        if (n > 0 && list[n] == list[n - 1]) {
-            throw UsageError(fmt::format("a fit of {} {} twice, wanted it once", what, list[n]));
-        }
-    }
-    return list;
-}
-
 }  // namespace
 
 struct VertexFit::State {
-    CodeObjective objective;
+    VertexObjective objective;
 
     const CodePositions& codes() const { return objective.codes; }
 };
@@ -103,7 +86,17 @@ FittedShape VertexFit::fit(std::span<const Point> truth, std::span<const float> 
         throw NumericalError(fmt::format("vertex {} of the shape to fit is not finite", v));
     }
     if (!all_finite(start)) throw NumericalError("a code to start from is not finite");
-    return descend(state_->objective, truth, start, all);
+    const VertexTrials trials(state_->objective, truth, start, all);
+    const VertexFitOptions& options = state_->objective.options;
+    FittedShape result;
+    Descent descent = descend(trials, {options.max_steps, options.least_gain, kFirstRadius});
+    result.initial_rms = trials.rms(descent.initial_error);
+    result.steps = descent.steps;
+    result.converged = descent.converged;
+    result.rms = trials.rms(descent.best.error);
+    result.vertices = trials.placed(descent.best);
+    result.codes = std::move(descent.best.codes);
+    return result;
 }
 
 std::vector<FittedShape> VertexFit::fit(std::span<const std::vector<Point>> truths,

@@ -64,28 +64,30 @@ nlohmann::ordered_json ErrorCurve::json() const {
 
 ComponentCurve::ComponentCurve(const std::vector<int>& numbers,
                                const std::vector<Component>& components,
-                               const std::vector<Point>& reference)
+                               const std::vector<Point>& reference, std::vector<Fit> fits)
     : reference_codes_(reference_codes(components)),
       farthest_first_(farthest_first(components)),
-      features_(numbers, "--components", 1, static_cast<int>(components.size()), reference),
-      vertices_(features_) {}
+      numbers_(numbers),
+      fits_(std::move(fits)),
+      errors_(fits_.size(), ErrorCurve(numbers, "--components", 1,
+                                       static_cast<int>(components.size()), reference)) {}
 
 void ComponentCurve::add(ShapeDecoder& decoder, std::span<const int> shapes,
-                         std::span<const DecodedShape> encoded, bool features, bool vertices) {
-    for (std::size_t i = 0; i < features_.numbers.size(); ++i) {
+                         std::span<const DecodedShape> encoded) {
+    for (std::size_t i = 0; i < numbers_.size(); ++i) {
         const std::vector<int> acting(farthest_first_.begin(),
-                                      farthest_first_.begin() + features_.numbers[i]);
+                                      farthest_first_.begin() + numbers_[i]);
         std::vector<std::vector<float>> codes(shapes.size(), reference_codes_);
         for (std::size_t m = 0; m < shapes.size(); ++m) {
             for (const int k : acting) codes[m][at(k)] = encoded[m].codes[at(k)];
         }
-        const std::vector<DecodedShape> decoded = decoder.decode(shapes, std::move(codes));
-        std::vector<DecodedShape> fitted;
-        if (vertices) fitted = decoder.fit(shapes, decoded, {acting, {}});
-        for (std::size_t m = 0; m < shapes.size(); ++m) {
-            const std::vector<Point> truth = decoder.truth(shapes[m]);
-            if (features) features_.errors[i].add(truth, decoded[m].vertices);
-            if (vertices) vertices_.errors[i].add(truth, fitted[m].vertices);
+        const std::vector<DecodedShape> starts = decoder.decode(shapes, std::move(codes));
+        for (std::size_t f = 0; f < fits_.size(); ++f) {
+            const std::vector<DecodedShape> result =
+                fitted(fits_[f], decoder, shapes, starts, acting);
+            for (std::size_t m = 0; m < shapes.size(); ++m) {
+                errors_[f].errors[i].add(decoder.truth(shapes[m]), result[m].vertices);
+            }
         }
     }
 }

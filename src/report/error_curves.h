@@ -7,6 +7,7 @@
 
 #include "mscomp/eval/measures.h"
 #include "mscomp/model/components.h"
+#include "mscomp/run/fits.h"
 #include "mscomp/run/shape_decoder.h"
 
 namespace mscomp {
@@ -30,17 +31,19 @@ class ComponentCurve {
   public:
     /// Throws UsageError for more components than there are.
     ComponentCurve(const std::vector<int>& numbers, const std::vector<Component>& components,
-                   const std::vector<Point>& reference);
-    /// Shapes with what encode() gives for them; which fits are measured.
+                   const std::vector<Point>& reference, std::vector<Fit> fits);
+    /// Shapes with what encode() gives for them.
     void add(ShapeDecoder& decoder, std::span<const int> shapes,
-             std::span<const DecodedShape> encoded, bool features, bool vertices);
-    const ErrorCurve& features() const { return features_; }
-    const ErrorCurve& vertices() const { return vertices_; }
+             std::span<const DecodedShape> encoded);
+    /// Of each of the fits.
+    const std::vector<ErrorCurve>& errors() const { return errors_; }
 
   private:
     std::vector<float> reference_codes_;  // (K)
     std::vector<int> farthest_first_;     // (K) codes, in the ranking of the components
-    ErrorCurve features_, vertices_;
+    std::vector<int> numbers_;
+    std::vector<Fit> fits_;
+    std::vector<ErrorCurve> errors_;
 };
 
 /// E_rms against how many vertices of a shape are known: farthest-point samples of the reference.

@@ -23,6 +23,7 @@
 #include "mscomp/base/paths.h"
 #include "mscomp/eval/piece_error.h"
 #include "mscomp/eval/shape_measures.h"
+#include "mscomp/run/fits.h"
 #include "mscomp/run/shape_decoder.h"
 
 namespace mscomp {
@@ -76,7 +77,7 @@ ShapeOrder order_of(const EvaluationOptions& options, const TrainedRun& run) {
 
 /// One fit measured over all shapes.
 struct MeasuredFit {
-    std::string name;
+    Fit fit;
     ShapeMeasures measures;
     PieceRmsError pieces;
     std::vector<double> codes{};  // (n,K)
@@ -121,15 +122,15 @@ class Evaluation {
           file_(opened_features(features_path(options, run_), run_)),
           split_(split_of(options, run_, file_)),
           components_(run_.components()),
-          by_components_(options.components, components_, reference().vertices),
+          asked_(fits_of_run(options.fit, run_)),
+          by_components_(options.components, components_, reference().vertices, asked_),
           by_handles_(options.handles, run_, components_),
           decoder_(run_, file_, [] { throw_if_interrupted("interrupted; nothing was written"); }),
           undeformed_(reference(), order_of(options, run_)),
           undeformed_pieces_(reference()) {
         shapes_ = shapes_of_split(run_, file_, split_);
         if (!options.units.empty()) units_.emplace(options.units, file_.shape_count());
-        for (const char* fit : {"features", "vertices"}) {
-            if (options.fit != "both" && options.fit != fit) continue;
+        for (const Fit fit : asked_) {
             fits_.push_back({fit, ShapeMeasures(reference(), order_of(options, run_)),
                              PieceRmsError(reference())});
         }
@@ -137,9 +138,10 @@ class Evaluation {
 
     void measure() {
         const auto count = static_cast<std::int64_t>(shapes_.size());
-        const auto passes =
-            static_cast<std::int64_t>(1 + (has("vertices") ? 1 : 0) + options_.handles.size() +
-                                      (options_.components.empty() ? 0 : 1));
+        const auto fitted_ones = static_cast<std::size_t>(
+            std::ranges::count_if(asked_, [](Fit fit) { return fit != Fit::features; }));
+        const auto passes = static_cast<std::int64_t>(1 + fitted_ones + options_.handles.size() +
+                                                      (options_.components.empty() ? 0 : 1));
         std::int64_t done = 0;
         for (std::size_t first = 0; first < shapes_.size(); first += ShapeDecoder::kGroup) {
             const std::span<const int> group = std::span<const int>(shapes_).subspan(
@@ -151,14 +153,14 @@ class Evaluation {
             };
             add_undeformed(group);
             const std::vector<DecodedShape> encoded = decoder_.encode(group);
-            if (has("features")) fits_.front().add(decoder_, file_, group, encoded);
             finish(1);
-            if (has("vertices")) {
-                fits_.back().add(decoder_, file_, group, decoder_.fit(group, encoded));
-                finish(1);
+            for (MeasuredFit& measured : fits_) {
+                measured.add(decoder_, file_, group,
+                             fitted(measured.fit, decoder_, group, encoded));
+                finish(measured.fit == Fit::features ? 0 : 1);
             }
             if (!options_.components.empty()) {
-                by_components_.add(decoder_, group, encoded, has("features"), has("vertices"));
+                by_components_.add(decoder_, group, encoded);
                 finish(1);
             }
             by_handles_.add(decoder_, group);
@@ -180,13 +182,12 @@ class Evaluation {
             {"kind", run_.config.kind},
             {"order", order_of(options_, run_) == ShapeOrder::set ? "set" : "sequence"},
             {"components", of_components.kept_per_level}};
-        for (const MeasuredFit& fit : fits_) {
-            ordered_json& entry = report[fit.name] = total_json(fit.measures, fit.pieces);
+        for (std::size_t f = 0; f < fits_.size(); ++f) {
+            ordered_json& entry = report[name_of(asked_[f])] =
+                total_json(fits_[f].measures, fits_[f].pieces);
             entry["support_mean"] = of_components.support_mean;
             if (!options_.components.empty()) {
-                entry["by_components"] =
-                    (fit.name == "features" ? by_components_.features() : by_components_.vertices())
-                        .json();
+                entry["by_components"] = by_components_.errors()[f].json();
             }
         }
         report["reference"] = total_json(undeformed_, undeformed_pieces_);
@@ -211,8 +212,8 @@ class Evaluation {
         if (!worst.empty()) {
             write_error_picture(output.path(kPicture),
                                 fmt::format("{}: the worst of {} shapes by the {} fit",
-                                            options_.run, shapes_.size(), fits_.back().name),
-                                decoder_, run_, file_, worst, has("features"), has("vertices"));
+                                            options_.run, shapes_.size(), name_of(asked_.back())),
+                                decoder_, run_, file_, worst, asked_);
         }
         output.commit();
     }
@@ -231,7 +232,6 @@ class Evaluation {
             undeformed_pieces_.add(decoder_.truth(shape), reference().vertices);
         }
     }
-    bool has(const char* fit) const { return options_.fit == "both" || options_.fit == fit; }
 
     ordered_json units_json() const {
         ordered_json result{{"file", options_.units},
@@ -239,7 +239,7 @@ class Evaluation {
                             {"varying", units_->varying_count(shapes_)},
                             {"threshold", KnownUnits::kThreshold}};
         for (const MeasuredFit& fit : fits_) {
-            result[fit.name] = units_->matches(shapes_, fit.codes, components_);
+            result[name_of(fit.fit)] = units_->matches(shapes_, fit.codes, components_);
         }
         return result;
     }
@@ -247,9 +247,9 @@ class Evaluation {
     ordered_json worst_json() const {
         ordered_json result = ordered_json::object();
         for (const MeasuredFit& fit : fits_) {
-            result[fit.name] = ordered_json::array();
+            result[name_of(fit.fit)] = ordered_json::array();
             for (const int n : worst_shapes(fit.measures.shapes(), options_.worst)) {
-                result[fit.name].push_back(shape_json(fit, at(n)));
+                result[name_of(fit.fit)].push_back(shape_json(fit, at(n)));
             }
         }
         return result;
@@ -260,7 +260,7 @@ class Evaluation {
         for (std::size_t n = 0; n < shapes_.size(); ++n) {
             ordered_json row = shape_names(n);
             for (const MeasuredFit& fit : fits_) {
-                row[fit.name] = shape_errors(fit.measures.shapes()[n]);
+                row[name_of(fit.fit)] = shape_errors(fit.measures.shapes()[n]);
             }
             rows.push_back(row);
         }
@@ -288,12 +288,13 @@ class Evaluation {
     FeatureFile file_;
     std::string split_;
     std::vector<Component> components_;
+    std::vector<Fit> asked_;
     ComponentCurve by_components_;
     HandleCurve by_handles_;
     ShapeDecoder decoder_;
     std::vector<int> shapes_;
     std::optional<KnownUnits> units_;
-    std::vector<MeasuredFit> fits_;  // features before vertices
+    std::vector<MeasuredFit> fits_;  // those asked for
     ShapeMeasures undeformed_;       // of the reference as the result for every shape
     PieceRmsError undeformed_pieces_;
 };
@@ -301,7 +302,7 @@ class Evaluation {
 }  // namespace
 
 nlohmann::ordered_json evaluation_report(const EvaluationOptions& options) {
-    require_one_of("fit", options.fit, {"features", "vertices", "both"});
+    fits_named(options.fit);
     require_one_of("order", options.order, {"auto", "sequence", "set"});
     require_one_of("split", options.split, {"", "all", "train", "test"});
     Evaluation evaluation(options);

@@ -69,20 +69,18 @@ std::string csv_of(const nlohmann::ordered_json& rows) {
 
 void write_error_picture(const std::string& path, const std::string& title, ShapeDecoder& decoder,
                          const TrainedRun& run, const FeatureFile& file,
-                         const std::vector<int>& shapes, bool features, bool vertices) {
+                         const std::vector<int>& shapes, std::span<const Fit> fits) {
     const TriangleMesh& reference = run.context().reference;
     const std::vector<DecodedShape> encoded = decoder.encode(shapes);
-    std::vector<DecodedShape> fitted;
-    if (vertices) fitted = decoder.fit(shapes, encoded);
+    std::vector<std::vector<DecodedShape>> results;
+    for (const Fit fit : fits) results.push_back(fitted(fit, decoder, shapes, encoded));
     std::vector<ComparedShape> sheet;
     for (std::size_t m = 0; m < shapes.size(); ++m) {
         const std::string& name = file.outline().names[at(shapes[m])];
         const std::vector<Point> truth = decoder.truth(shapes[m]);
-        if (features) {
-            sheet.push_back(compared(name, "features", truth, encoded[m], reference.vertices));
-        }
-        if (vertices) {
-            sheet.push_back(compared(name, "vertices", truth, fitted[m], reference.vertices));
+        for (std::size_t f = 0; f < fits.size(); ++f) {
+            sheet.push_back(
+                compared(name, name_of(fits[f]), truth, results[f][m], reference.vertices));
         }
     }
     write_png(path, error_sheet(reference, sheet, title, 340, 2));

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "mscomp/run/fits.h"
 #include "mscomp/run/shape_decoder.h"
 
 namespace mscomp {
@@ -17,6 +19,6 @@ std::string csv_of(const nlohmann::ordered_json& rows);
 /// vertices, the same distance in the same colour everywhere. Throws as write_png.
 void write_error_picture(const std::string& path, const std::string& title, ShapeDecoder& decoder,
                          const TrainedRun& run, const FeatureFile& file,
-                         const std::vector<int>& shapes, bool features, bool vertices);
+                         const std::vector<int>& shapes, std::span<const Fit> fits);
 
 }  // namespace mscomp

@@ -12,6 +12,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/edit/feature_fit.h"
 #include "mscomp/eval/measures.h"
 #include "mscomp/model/code_statistics.h"
 
@@ -99,6 +100,21 @@ std::vector<DecodedShape> ShapeDecoder::fit(std::span<const int> shapes,
         take(at(m), lossless.fit(truth(shapes[at(m)]), starts[at(m)].codes, subset));
     });
     return result;
+}
+
+std::vector<DecodedShape> ShapeDecoder::fit_features(std::span<const int> shapes,
+                                                     std::span<const DecodedShape> starts,
+                                                     std::span<const int> moving) const {
+    FeatureFitOptions options;
+    options.scale = run_.context().scale;
+    const FeatureFit features(*run_.model, options);
+    std::vector<std::vector<float>> codes(shapes.size());
+    parallel_for(static_cast<std::int64_t>(shapes.size()), [&](std::int64_t m) {
+        check_stop_();
+        codes[at(m)] =
+            features.fit(shapes_.shape(shapes[at(m)]), starts[at(m)].codes, moving).codes;
+    });
+    return decode(shapes, std::move(codes));
 }
 
 std::vector<Point> ShapeDecoder::positions(std::span<const float> codes) {

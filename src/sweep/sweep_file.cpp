@@ -13,6 +13,7 @@
 #include "mscomp/base/path_from.h"
 #include "mscomp/base/paths.h"
 #include "mscomp/kinds/kinds.h"
+#include "mscomp/run/fits.h"
 #include "sweep_points.h"
 #include "sweep_table.h"
 
@@ -56,7 +57,7 @@ SweepMeasure read_measure(const YAML::Node& node, const std::string& path) {
         if (entry.key == "split") {
             measure.split = one_of(entry, "measure", {"test", "train", "all"});
         } else {
-            measure.fit = one_of(entry, "measure", {"features", "vertices", "both"});
+            measure.fit = one_of(entry, "measure", fit_choices());
         }
     }
     return measure;
@@ -66,8 +67,8 @@ SweepMeasure read_measure(const YAML::Node& node, const std::string& path) {
 void read_plot(const YAML::Node& node, SweepFile& sweep) {
     std::vector<std::string> along{"name", "epochs", "training_seconds"};
     along.insert(along.end(), sweep.keys.begin(), sweep.keys.end());
-    std::vector<std::string> fits{"features", "vertices"};
-    if (sweep.measure.fit != "both") fits = {sweep.measure.fit};
+    std::vector<std::string> fits;
+    for (const Fit fit : fits_named(sweep.measure.fit)) fits.emplace_back(name_of(fit));
     SweepPlot& plot = sweep.plot;
     for (const Setting& entry : known_entries(
              node, sweep.path, "plot", {"x", "y", "fit", "group", "log_x", "log_y", "title"})) {
@@ -144,7 +145,7 @@ SweepFile read_sweep(const std::string& path) {
     sweep.keys = keys_of(sweep.points);
     if (!plot.IsNull()) read_plot(plot, sweep);
     if (sweep.plot.fit.empty()) {
-        sweep.plot.fit = sweep.measure.fit == "features" ? "features" : "vertices";
+        sweep.plot.fit = name_of(fits_named(sweep.measure.fit).back());
     }
     if (sweep.plot.title.empty()) sweep.plot.title = std::filesystem::path(path).stem().string();
     return sweep;

@@ -20,13 +20,13 @@ struct SweepPoint {
 
 struct SweepMeasure {
     std::string split = "test";  // all | train | test
-    std::string fit = "both";    // features | vertices | both
+    std::string fit = "both";    // a choice of fits.h
 };
 
 struct SweepPlot {
     std::string x = "name";  // a key that the points set, or a column of the table
     std::string y = "rms_error";
-    std::string fit;    // features | vertices; empty: vertices where they are measured
+    std::string fit;    // one of these; empty: vertices where they are measured, else the last
     std::string group;  // a key likewise: a line for each of its values; empty: one line
     bool log_x = false, log_y = false;
     std::string title;  // empty: the name of the file

@@ -11,13 +11,13 @@
 
 #include "mscomp/base/parsed_number.h"
 #include "mscomp/config/config_file.h"
+#include "mscomp/run/fits.h"
 #include "sweep_points.h"
 
 namespace mscomp {
 namespace {
 
 constexpr int kMostLevels = 8;
-constexpr std::array<const char*, 2> kFits{"features", "vertices"};
 constexpr std::array<std::string_view, 5> kFitted{"rms_error", "relative_squared_error_mean",
                                                   "relative_squared_error_max", "sted",
                                                   "mean_vertex_distance"};
@@ -30,7 +30,8 @@ std::string of_level(const char* name, std::size_t level) {
 std::vector<std::string> measure_columns() {
     std::vector<std::string> columns;
     for (const std::string_view name : kFitted) {
-        for (const char* fit : kFits) columns.push_back(fmt::format("{}_{}", fit, name));
+        for (const std::string& fit : fit_names())
+            columns.push_back(fmt::format("{}_{}", fit, name));
     }
     columns.emplace_back("kept");
     for (const char* name : {"kept", "support_mean"}) {
@@ -163,7 +164,8 @@ std::string measure_column(const std::string& measure, const std::string& fit) {
 std::vector<std::string> plotted_measures() {
     std::vector<std::string> names(kFitted.begin(), kFitted.end());
     for (const std::string& column : measure_columns()) {
-        const bool is_fitted = column.starts_with("features_") || column.starts_with("vertices_");
+        const bool is_fitted = std::ranges::any_of(
+            fit_names(), [&](const std::string& fit) { return column.starts_with(fit + "_"); });
         if (!is_fitted) names.push_back(column);
     }
     return names;
@@ -183,7 +185,7 @@ std::vector<std::string> varied_values(const SweepFile& sweep, const SweepPoint&
 
 std::map<std::string, double> measures_of(const nlohmann::ordered_json& evaluation) {
     std::map<std::string, double> measures;
-    for (const char* fit : kFits) {
+    for (const std::string& fit : fit_names()) {
         if (!evaluation.contains(fit)) continue;
         for (const std::string_view name : kFitted) {
             add_if_number(measures, fmt::format("{}_{}", fit, name), evaluation[fit],

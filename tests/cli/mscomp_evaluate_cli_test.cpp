@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// mscomp evaluate, and reconstruct --fit vertices, as a user runs them on a small generated arm.
+// mscomp evaluate, and reconstruct --fit, as a user runs them on a small generated arm.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -146,11 +146,44 @@ TEST_F(MscompEvaluate, VerticesFitIsNeverFartherForAnyShape) {
     }
 }
 
+// All fits stand beside each other, in this order, and the third one changes nothing of two.
+TEST_F(MscompEvaluate, JointCodesAreAFitOfTheirOwn) {
+    const json all = evaluated("run --fit all --components 2,12 --worst 2");
+    json others = all;
+    others.erase("codes");
+    others["worst"].erase("codes");
+    for (json& row : others["per_shape"]) row.erase("codes");
+    EXPECT_EQ(others, evaluated("run --components 2,12 --worst 2"));
+    for (const auto& [key, value] : all["features"].items()) {
+        EXPECT_TRUE(all["codes"].contains(key)) << key;
+    }
+    EXPECT_LT(all["codes"]["relative_squared_error_mean"],
+              all["features"]["relative_squared_error_mean"]);
+    EXPECT_LT(all["vertices"]["rms_error"], all["codes"]["rms_error"]);
+    EXPECT_EQ(all["worst"]["codes"].size(), 2u);
+    // Of all components it is the fit without a limit, from the same start.
+    EXPECT_NEAR(all["codes"]["by_components"][1]["rms_error"], all["codes"]["rms_error"], 1e-9);
+    const json alone = evaluated("run --fit codes --components 2,12 --worst 2");
+    EXPECT_EQ(alone["codes"], all["codes"]);
+    EXPECT_FALSE(alone.contains("features"));
+    const std::string text =
+        ok(mscomp("evaluate run --quiet --fit all --worst 1 -o three --force")).out;
+    EXPECT_LT(text.find("features fit"), text.find("codes fit"));
+    EXPECT_LT(text.find("codes fit"), text.find("vertices fit"));
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = text.find('\n', begin);
+        EXPECT_LE(end - begin, 100u) << text.substr(begin, end - begin);
+        begin = end + 1;
+    }
+    EXPECT_THAT(read_file(path("three/table.csv")), HasSubstr(",codes_rms_error,"));
+    EXPECT_THAT(read_file(path("three/errors.png")), testing::StartsWith("\x89PNG"));
+}
+
 // E_rms of meshes that reconstruct wrote is what evaluate says of the same fit and split.
 TEST_F(MscompEvaluate, AgreesWithWhatReconstructWrites) {
-    const json report = evaluated("run");
+    const json report = evaluated("run --fit all");
     const FeatureFile file(path("arm.safetensors"));
-    for (const std::string fit : {"features", "vertices"}) {
+    for (const std::string fit : {"features", "codes", "vertices"}) {
         const json written = json::parse(ok(mscomp("reconstruct run arm.safetensors -o " + fit +
                                                    " --split test --json --quiet --fit " + fit))
                                              .out);
@@ -158,7 +191,7 @@ TEST_F(MscompEvaluate, AgreesWithWhatReconstructWrites) {
         EXPECT_EQ(written.at("rms_error"), report[fit]["rms_error"]);
         EXPECT_EQ(written.at("relative_squared_error_max"),
                   report[fit]["relative_squared_error_max"]);
-        if (fit == "vertices") {
+        if (fit != "features") {
             EXPECT_EQ(written.at("rms_error_features"), report["features"]["rms_error"]);
         }
         RmsError error(file.outline().reference.vertices);
@@ -214,7 +247,7 @@ TEST_F(MscompEvaluate, ErrorFallsWithTheNumberOfHandles) {
 
 TEST_F(MscompEvaluate, ThreadsDoNotChangeADigit) {
     const std::string arguments =
-        "evaluate run --components 3 --handles 8 --json --quiet --threads ";
+        "evaluate run --fit all --components 3 --handles 8 --json --quiet --threads ";
     const std::string one = ok(mscomp(arguments + "1")).out;
     EXPECT_EQ(one, ok(mscomp(arguments + "3")).out);
 }
@@ -473,7 +506,12 @@ TEST_F(MscompEvaluate, RefusesWhatItCannotDo) {
     refused("evaluate run --split tests", 2, "--split");
     refused("evaluate run --fit both --order sometimes", 2, "--order");
     refused("evaluate nowhere", 4, "nowhere");
-    refused("reconstruct run arm.safetensors -o out --levels 1 --fit vertices", 2, "--levels");
+    for (const std::string fit : {"codes", "vertices"}) {
+        refused("reconstruct run arm.safetensors -o out --levels 1 --fit " + fit, 2,
+                "--levels: got --fit " + fit);
+    }
+    refused("reconstruct run arm.safetensors -o out --fit both", 2, "--fit");
+    refused("evaluate run --fit code", 2, "--fit");
     ok(mscomp("train config.yaml -o all2 --quiet --set data.split.train=all --set train.epochs=2"));
     refused("evaluate all2 --split test", 2, "has no shapes");
     fs::rename(path("arm.safetensors"), path("moved.safetensors"));

@@ -64,6 +64,20 @@ TEST_F(PcaCommands, TrainsAndEvaluates) {
     EXPECT_TRUE(fs::exists(folder_ / "measures/errors.png"));
 }
 
+// Where codes do not decode to features there are no joint codes to fit to them.
+TEST_F(PcaCommands, AllFitsAreThoseWithoutFeatures) {
+    json all = json::parse(run("mscomp evaluate pca.run --quiet --json --fit all"));
+    EXPECT_FALSE(all.contains("codes"));
+    EXPECT_EQ(all, json::parse(run("mscomp evaluate pca.run --quiet --json --fit both")));
+    for (const char* command : {"evaluate pca.run --fit codes",
+                                "reconstruct pca.run arm.safetensors -o decoded --fit codes"}) {
+        run(std::string("! mscomp ") + command + " --quiet 2>message");
+        EXPECT_THAT(read_file(folder_ / "message"),
+                    HasSubstr("--fit codes: a model of kind pca decodes to positions"));
+    }
+    EXPECT_FALSE(fs::exists(folder_ / "decoded"));
+}
+
 TEST_F(PcaCommands, ExportsBothEndsOfEveryComponent) {
     run("mscomp export-components pca.run -o components --quiet");
     const json list = json::parse(read_file(folder_ / "components/components.json"));

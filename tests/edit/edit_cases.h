@@ -65,6 +65,9 @@ class WaveModel final : public ShapeModel {
     ShapeRows rows() const override { return ShapeRows::features; }
     std::vector<LevelSize> levels() const override { return {{1, kCodes}}; }
     int vertex_count() const override { return count_; }
+    std::vector<float> vertex_weights() const override { return weights; }
+
+    std::vector<float> weights;  // may be set
 
     std::vector<float> decode(std::span<const float> codes, int /*levels*/ = 0) const override {
         std::vector<float> result(bias_.size());

@@ -14,6 +14,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "mscomp/edit/feature_fit.h"
 #include "mscomp/model/components.h"
 #include "mscomp/model/divergence.h"
 #include "mscomp/model/model_file.h"
@@ -306,6 +307,50 @@ TEST_P(EachKind, GivesComponents) {
         ASSERT_EQ(component.difference.size(), size);
         for (const float x : component.difference) ASSERT_TRUE(std::isfinite(x));
         EXPECT_TRUE(!component.kept || component.strength >= config_.filter.minimum_strength);
+    }
+}
+
+// Fitted to features in the metric of the kind they are no farther than as encoded; the encoder of
+// `multiscale` is that fit already.
+TEST_P(EachKind, JointCodesAreNoFartherThanThoseOfTheEncoder) {
+    scale_ = around_reference(2);
+    const auto model = make();
+    train(*model, 3);
+    if (!works_on_features()) {
+        EXPECT_THROW(FeatureFit{*model}, UsageError);
+        return;
+    }
+    const std::vector<float> weights = model->vertex_weights();
+    const double count = problem_.mesh.vertex_count();
+    if (!weights.empty()) {
+        EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), count, 1e-3 * count);
+    }
+    FeatureFitOptions options;
+    options.scale = scale_;
+    const FeatureFit fit(*model, options);
+    const bool is_joint = std::any_cast<MultiscaleSettings>(&config_.settings) != nullptr;
+    const std::vector<int> some{1, 4, 7};
+    const CodeTable table = model->encode(shapes_, some);
+    for (int m = 0; m < 3; ++m) {
+        const std::span<const float> truth = shapes_.shape(some[at(m)]), codes = table.shape(m);
+        const std::vector<float> rows = model->decode(codes);
+        double squares = 0;
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const double away = 2 * (static_cast<double>(rows[i]) - static_cast<double>(truth[i]));
+            squares += away * away * (weights.empty() ? 1 : double{weights[i / kFeatureDim]});
+        }
+        const FittedCodes found = fit.fit(truth, codes);
+        const double initial = std::sqrt(squares / (count * kFeatureDim));
+        EXPECT_NEAR(found.initial_rms, initial, 1e-6 * initial);
+        EXPECT_LE(found.rms, found.initial_rms);
+        if (!is_joint) {
+            EXPECT_LT(found.rms, 0.999 * initial);
+            continue;
+        }
+        EXPECT_GT(found.rms, (1 - 1e-5) * initial);
+        const FittedCodes from_zero = fit.fit(truth, model->reference_codes());
+        EXPECT_LE(from_zero.steps, 2);
+        EXPECT_NEAR(from_zero.rms, initial, 1e-5 * initial);
     }
 }
 

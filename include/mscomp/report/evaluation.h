@@ -16,7 +16,7 @@ struct EvaluationOptions {
     std::string split;            // all | train | test; empty: test where the run has such shapes
     std::vector<int> handles;     // how many, for E_rms against their number
     std::vector<int> components;  // likewise
-    std::string fit = "both";     // features | vertices | both
+    std::string fit = "both";     // a choice of fits.h
     std::string order = "auto";   // sequence | set | auto: by the run's split
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none

@@ -52,6 +52,13 @@ class ShapeDecoder {
     /// looks at nothing else, and Poisson it is, with a stronger prior.
     std::vector<DecodedShape> fit(std::span<const int> shapes, std::span<const DecodedShape> starts,
                                   const FitSubset& subset = {});
+    /// Joint codes: those whose features are nearest to those of each shape, each channel scaled as
+    /// for training, each vertex counting as it does there; only the codes `moving` move, empty
+    /// meaning all. Vertices without loss. Throws UsageError if the model does not decode to
+    /// features.
+    std::vector<DecodedShape> fit_features(std::span<const int> shapes,
+                                           std::span<const DecodedShape> starts,
+                                           std::span<const int> moving = {}) const;
     /// Positions of codes as the steps of fit() see them, (W).
     std::vector<Point> positions(std::span<const float> codes);
 

@@ -52,7 +52,7 @@ struct DecodeOptions {
     std::string output;
     std::string split = "all";     // all | train | test
     int levels = 0;                // 0: all
-    std::string fit = "features";  // features | vertices
+    std::string fit = "features";  // features | codes | vertices
     CommonOptions common;
 };
 void setup_decode(CLI::App& app);
@@ -94,7 +94,7 @@ struct EvaluateOptions {
     std::string split;            // all | train | test; empty: test where the run has such shapes
     std::vector<int> handles;     // how many, for E_rms against their number
     std::vector<int> components;  // likewise
-    std::string fit = "both";     // features | vertices | both
+    std::string fit = "both";     // features | codes | vertices | both | all
     std::string order = "auto";   // sequence | set | auto: by the run's split
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none

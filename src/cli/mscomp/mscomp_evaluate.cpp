@@ -15,6 +15,7 @@
 #include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/report/evaluation.h"
+#include "mscomp/run/fits.h"
 #include "mscomp/run/run_folder.h"
 #include "mscomp_commands.h"
 
@@ -25,8 +26,8 @@ using nlohmann::ordered_json;
 
 std::vector<std::string> fits_of(const ordered_json& report) {
     std::vector<std::string> fits;
-    for (const char* fit : {"features", "vertices"}) {
-        if (report.contains(fit)) fits.emplace_back(fit);
+    for (const std::string& fit : fit_names()) {
+        if (report.contains(fit)) fits.push_back(fit);
     }
     return fits;
 }
@@ -197,9 +198,11 @@ void setup_evaluate(CLI::App& app) {
                      "Which shapes, as split for training; without it test, or all of another file")
         ->check(CLI::IsMember({"test", "train", "all"}));
     command
-        ->add_option("--fit", options->fit,
-                     "Codes of the encoder (features), codes fitted to the vertices, or both")
-        ->check(CLI::IsMember({"features", "vertices", "both"}))
+        ->add_option(
+            "--fit", options->fit,
+            "Codes of the encoder (features), fitted to the features (codes), fitted to the "
+            "vertices; both: the first and the last")
+        ->check(CLI::IsMember(fit_choices()))
         ->capture_default_str();
     command
         ->add_option("--components", options->components,

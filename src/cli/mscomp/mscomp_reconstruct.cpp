@@ -18,6 +18,7 @@
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/outputs.h"
 #include "mscomp/eval/measures.h"
+#include "mscomp/run/fits.h"
 #include "mscomp/run/run_folder.h"
 #include "mscomp/run/shape_decoder.h"
 #include "mscomp_commands.h"
@@ -41,14 +42,14 @@ void add(FitErrors& errors, const ShapeDecoder& decoder, int shape, const Decode
     }
 }
 
-struct BothErrors {
-    FitErrors features, vertices;  // the latter empty unless asked for
+struct DecodedErrors {
+    FitErrors encoded, written;
 };
 
-BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureFile& file,
-                         const std::vector<int>& shapes, int levels) {
+DecodedErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const FeatureFile& file,
+                            const std::vector<int>& shapes, int levels) {
     const TriangleMesh& reference = run.context().reference;
-    const bool fits_vertices = options.fit == "vertices";
+    const Fit fit = fits_of_run(options.fit, run).front();
     const std::vector<std::string> names = shape_file_names(file.outline().names);
     std::size_t written = 0;
     const auto check_stop = [&] {
@@ -56,23 +57,21 @@ BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const Fe
     };
     OutputFolder output(options.output);
     ShapeDecoder decoder(run, file, check_stop);
-    BothErrors errors{FitErrors(reference.vertices), FitErrors(reference.vertices)};
+    DecodedErrors errors{FitErrors(reference.vertices), FitErrors(reference.vertices)};
     Progress progress("reconstruct", static_cast<std::int64_t>(shapes.size()),
                       progress_options(options.common.quiet));
     while (written < shapes.size()) {
         const std::span<const int> group = std::span<const int>(shapes).subspan(
             written, std::min<std::size_t>(ShapeDecoder::kGroup, shapes.size() - written));
         const std::vector<DecodedShape> plain = decoder.encode(group, levels);
-        std::vector<DecodedShape> fitted;
-        if (fits_vertices) fitted = decoder.fit(group, plain);
+        const std::vector<DecodedShape> result = fitted(fit, decoder, group, plain);
         for (std::size_t m = 0; m < group.size(); ++m) {
             check_stop();
             const int shape = group[m];
-            add(errors.features, decoder, shape, plain[m]);
-            if (fits_vertices) add(errors.vertices, decoder, shape, fitted[m]);
-            const DecodedShape& result = fits_vertices ? fitted[m] : plain[m];
+            add(errors.encoded, decoder, shape, plain[m]);
+            add(errors.written, decoder, shape, result[m]);
             write_obj(output.path(names[static_cast<size_t>(shape)] + ".obj"),
-                      run.context().whole(result.vertices));
+                      run.context().whole(result[m].vertices));
             file.forget(shape);
             progress.update(static_cast<std::int64_t>(++written));
         }
@@ -82,10 +81,10 @@ BothErrors decode_shapes(const DecodeOptions& options, TrainedRun& run, const Fe
 }
 
 void print_report(const DecodeOptions& options, std::size_t shapes, int levels,
-                  const BothErrors& errors) {
-    const bool fits_vertices = options.fit == "vertices";
-    const FitErrors& written = fits_vertices ? errors.vertices : errors.features;
-    const double plain = errors.features.rms.value();
+                  const DecodedErrors& errors) {
+    const FitErrors& written = errors.written;
+    const bool is_plain = options.fit == name_of(Fit::features);
+    const double plain = errors.encoded.rms.value();
     if (options.common.json) {
         nlohmann::ordered_json report{{"folder", options.output},
                                       {"split", options.split},
@@ -97,7 +96,7 @@ void print_report(const DecodeOptions& options, std::size_t shapes, int levels,
         if (const auto& most = written.relative_squared_error_max) {
             report["relative_squared_error_max"] = *most;
         }
-        if (fits_vertices) report["rms_error_features"] = plain;
+        if (!is_plain) report["rms_error_features"] = plain;
         print_lines(json_text(report, 2) + "\n");
         return;
     }
@@ -107,8 +106,9 @@ void print_report(const DecodeOptions& options, std::size_t shapes, int levels,
         print_out(", largest relative squared feature error {:.5f}", *most);
     }
     print_out("\n");
-    if (fits_vertices) {
-        print_out("codes fitted to the vertices; E_rms {:.3f} with those of the encoder\n", plain);
+    if (!is_plain) {
+        print_out("codes fitted to the {}; E_rms {:.3f} with those of the encoder\n",
+                  options.fit == name_of(Fit::codes) ? "features" : "vertices", plain);
     }
 }
 
@@ -126,9 +126,11 @@ void setup_decode(CLI::App& app) {
         ->check(CLI::IsMember({"all", "train", "test"}))
         ->capture_default_str();
     command
-        ->add_option("--fit", options->fit,
-                     "Codes of the encoder, or fitted to the vertices from there")
-        ->check(CLI::IsMember({"features", "vertices"}))
+        ->add_option(
+            "--fit", options->fit,
+            "Codes of the encoder (features), or from there fitted to the features (codes) or "
+            "to the vertices")
+        ->check(CLI::IsMember(fit_names()))
         ->capture_default_str();
     command
         ->add_option("--levels", options->levels,
@@ -155,8 +157,9 @@ void run_decode(const DecodeOptions& options) {
             fmt::format("--levels: got {}, the model has {}", options.levels, all_levels));
     }
     const int levels = options.levels == 0 ? all_levels : options.levels;
-    if (options.fit == "vertices" && levels < all_levels) {
-        throw UsageError("--levels: got --fit vertices, which fits the codes of all levels");
+    if (options.fit != name_of(Fit::features) && levels < all_levels) {
+        throw UsageError(
+            fmt::format("--levels: got --fit {}, which fits the codes of all levels", options.fit));
     }
     const FeatureFile file(options.features);
     require_mesh_of(run, file);
