@@ -24,8 +24,7 @@ FeatureFit::FeatureFit(const ShapeModel& model, const FeatureFitOptions& options
     if (model.rows() != ShapeRows::features) {
         throw UsageError("a model of positions, wanted one of features");
     }
-    state_ = std::make_unique<State>(
-        State{{model, FeatureNorm(options.scale, model.vertex_weights()), options.ridge}, options});
+    state_ = std::make_unique<State>(State{{model, options.scale, options.ridge}, options});
 }
 FeatureFit::FeatureFit(FeatureFit&&) noexcept = default;
 FeatureFit& FeatureFit::operator=(FeatureFit&&) noexcept = default;

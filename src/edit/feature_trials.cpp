@@ -23,12 +23,12 @@ std::vector<const CodeColumn*> chosen(std::span<const CodeColumn> all, std::span
 }
 
 /// Σ over the entries of a column, squared after they are scaled.
-double squared_length(const CodeColumn& column, const FeatureNorm& norm) {
+double squared_length(const CodeColumn& column, const MetricScale& scale) {
     double sum = 0;
     for (std::size_t n = 0; n < column.vertices.size(); ++n) {
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
             const double x = static_cast<double>(column.values[kFeatureDim * n + c]) *
-                             norm.factor(column.vertices[n], c);
+                             scale.scale_factor(at(column.vertices[n]), c);
             sum += x * x;
         }
     }
@@ -41,7 +41,7 @@ double prior_of(const FeatureObjective& objective, std::span<const float> start,
     const std::vector<CodeColumn> all = objective.model.derivatives(start);
     double sum = 0;
     for (const CodeColumn* column : chosen(all, moving)) {
-        sum += squared_length(*column, objective.norm);
+        sum += squared_length(*column, objective.scale);
     }
     const double entries = static_cast<double>(objective.model.vertex_count()) * kFeatureDim;
     const double mean = sum / (entries * static_cast<double>(moving.size()));
@@ -51,8 +51,8 @@ double prior_of(const FeatureObjective& objective, std::span<const float> start,
 /// Walks through sparse columns, some vertices at a time.
 class ColumnWalk {
   public:
-    ColumnWalk(std::vector<const CodeColumn*> columns, const FeatureNorm& norm)
-        : columns_(std::move(columns)), norm_(norm), next_(columns_.size(), 0) {}
+    ColumnWalk(std::vector<const CodeColumn*> columns, const MetricScale& scale)
+        : columns_(std::move(columns)), scale_(scale), next_(columns_.size(), 0) {}
 
     /// Adds what the vertices from `first` up to `end`, at most kBlock, give: JᵀJ and Jᵀr, r (n,9)
     /// their residuals, scaled as the derivatives are.
@@ -70,7 +70,7 @@ class ColumnWalk {
                 for (std::size_t c = 0; c < kFeatureDim; ++c) {
                     block_(kFeatureDim * (v - first) + static_cast<Eigen::Index>(c), n) =
                         static_cast<double>(column.values[kFeatureDim * next_[k] + c]) *
-                        norm_.factor(v, c);
+                        scale_.scale_factor(at(v), c);
                 }
             }
         }
@@ -87,18 +87,13 @@ class ColumnWalk {
 
   private:
     std::vector<const CodeColumn*> columns_;
-    const FeatureNorm& norm_;
+    const MetricScale& scale_;
     std::vector<std::size_t> next_;  // of each column, the first entry not yet seen
     std::vector<Eigen::Index> acting_;
     MatrixXd block_{kBlock * kFeatureDim, static_cast<Eigen::Index>(columns_.size())};
 };
 
 }  // namespace
-
-FeatureNorm::FeatureNorm(const ChannelScale& scale, std::span<const float> weights)
-    : factors_(scale.factor) {
-    for (const float w : weights) roots_.push_back(std::sqrt(static_cast<double>(w)));
-}
 
 FeatureTrials::FeatureTrials(const FeatureObjective& objective, std::span<const float> truth,
                              std::span<const float> start, std::span<const int> moving)
@@ -115,8 +110,7 @@ void FeatureTrials::compare(Trial& trial) const {
     double squares = 0;
     for (std::size_t i = 0; i < truth_.size(); ++i) {
         const double away = static_cast<double>(trial.rows[i]) - static_cast<double>(truth_[i]);
-        const double x =
-            away * objective_.norm.factor(static_cast<int>(i / kFeatureDim), i % kFeatureDim);
+        const double x = away * objective_.scale.scale_factor(i / kFeatureDim, i % kFeatureDim);
         squares += x * x;
     }
     trial.error = squares / static_cast<double>(truth_.size());
@@ -126,16 +120,15 @@ NormalEquations FeatureTrials::error_equations(const Trial& trial) const {
     const std::vector<CodeColumn> all = objective_.model.derivatives(trial.codes);
     const auto count = static_cast<Eigen::Index>(freedom().moving.size());
     NormalEquations equations{MatrixXd::Zero(count, count), VectorXd::Zero(count)};
-    ColumnWalk walk(chosen(all, freedom().moving), objective_.norm);
+    ColumnWalk walk(chosen(all, freedom().moving), objective_.scale);
     const int vertices = objective_.model.vertex_count();
     for (int first = 0; first < vertices; first += kBlock) {
         const int end = std::min(first + kBlock, vertices);
         VectorXd r(kFeatureDim * (end - first));
         for (Eigen::Index i = 0; i < r.size(); ++i) {
             const std::size_t entry = kFeatureDim * at(first) + at(i);
-            r[i] =
-                (static_cast<double>(trial.rows[entry]) - static_cast<double>(truth_[entry])) *
-                objective_.norm.factor(static_cast<int>(entry / kFeatureDim), entry % kFeatureDim);
+            r[i] = (static_cast<double>(trial.rows[entry]) - static_cast<double>(truth_[entry])) *
+                   objective_.scale.scale_factor(entry / kFeatureDim, entry % kFeatureDim);
         }
         walk.add(first, end, r, equations);
     }

@@ -7,31 +7,14 @@
 #include <vector>
 
 #include "code_trials.h"
-#include "mscomp/base/channel_scale.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/shape_model.h"
 
 namespace mscomp {
 
-/// How differences of features count: their mean square after every entry is multiplied by the
-/// factor of its channel and the root of the weight of its vertex.
-class FeatureNorm {
-  public:
-    /// `weights` (V), none below 0; empty: 1 each.
-    FeatureNorm(const ChannelScale& scale, std::span<const float> weights);
-
-    double factor(int vertex, std::size_t channel) const {
-        const double factor = factors_[channel];
-        return roots_.empty() ? factor : factor * roots_[static_cast<std::size_t>(vertex)];
-    }
-
-  private:
-    std::array<double, kFeatureDim> factors_;
-    std::vector<double> roots_;
-};
-
 struct FeatureObjective {
     const ShapeModel& model;
-    FeatureNorm norm;
+    MetricScale scale;  // differences of features count as their mean square where it brings them
     double ridge;
 };
 

@@ -145,12 +145,6 @@ std::vector<ComponentPlace> MultiscaleModel::places() const {
     return places;
 }
 
-std::vector<float> MultiscaleModel::vertex_weights() const {
-    std::vector<float> weights;
-    for (int v = 0; v < vertex_count(); ++v) weights.push_back(scale_.root(v) * scale_.root(v));
-    return weights;
-}
-
 void MultiscaleModel::set_components(BallComponents components) {
     components_ = std::move(components);
     global_count_ = components_.count() - local_count();

@@ -38,7 +38,6 @@ class MultiscaleModel final : public LearnedModel {
                               std::span<const float> from) const override;
     std::vector<CodeColumn> derivatives(std::span<const float> codes) const override;
     std::vector<ComponentPlace> places() const override;
-    std::vector<float> vertex_weights() const override;
 
     std::unique_ptr<Learner> learner(const ShapeSet& shapes, std::span<const int> train) override;
     void save(StoredArrays& arrays) const override;

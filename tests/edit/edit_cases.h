@@ -24,7 +24,7 @@ inline MetricScale wave_scale() {
 }
 
 /// Features of wave_scale() times f(bias + Σ_k z_k D_k), D_k random waves on part of the mesh.
-class WaveModel final : public ShapeModel {
+class WaveModel : public ShapeModel {
   public:
     static constexpr int kCodes = 7;
     enum class Kind {
@@ -65,9 +65,6 @@ class WaveModel final : public ShapeModel {
     ShapeRows rows() const override { return ShapeRows::features; }
     std::vector<LevelSize> levels() const override { return {{1, kCodes}}; }
     int vertex_count() const override { return count_; }
-    std::vector<float> vertex_weights() const override { return weights; }
-
-    std::vector<float> weights;  // may be set
 
     std::vector<float> decode(std::span<const float> codes, int /*levels*/ = 0) const override {
         std::vector<float> result(bias_.size());

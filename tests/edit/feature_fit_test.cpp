@@ -20,14 +20,20 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Weights of vertices that differ, mean 1.
-std::vector<float> some_weights(int count) {
-    std::vector<float> weights;
-    for (int v = 0; v < count; ++v) weights.push_back(v % 4 == 0 ? 2.5F : 0.5F);
-    return weights;
+/// The waves with a metric.
+struct WeighedModel : WaveModel {
+    using WaveModel::WaveModel;
+    std::vector<float> roots;  // empty: none
+};
+
+std::vector<float> some_roots(int count) {
+    std::vector<float> roots;
+    for (int v = 0; v < count; ++v) roots.push_back(v % 4 == 0 ? 1.5F : 0.75F);
+    return roots;
 }
 
 /// Features that no code decodes to.
-std::vector<float> foreign_features(const WaveModel& model) {
+std::vector<float> foreign_features(const WeighedModel& model) {
     std::vector<float> rows = model.decode(some_codes(3, 0.4));
     Draws draws(5);
     for (float& x : rows) x += static_cast<float>(0.1 * draws.next());
@@ -35,11 +41,10 @@ std::vector<float> foreign_features(const WaveModel& model) {
 }
 
 /// As the model decodes or as features are, scaled and weighed by hand.
-VectorXd weighed(const std::vector<float>& rows, const std::vector<float>& weights) {
+VectorXd weighed(const std::vector<float>& rows, const std::vector<float>& roots) {
     VectorXd result(static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        const double w =
-            weights.empty() ? 1 : std::sqrt(static_cast<double>(weights[i / kFeatureDim]));
+        const double w = roots.empty() ? 1 : static_cast<double>(roots[i / kFeatureDim]);
         result[static_cast<Eigen::Index>(i)] =
             w * wave_scale().factor[i % kFeatureDim] * static_cast<double>(rows[i]);
     }
@@ -47,35 +52,35 @@ VectorXd weighed(const std::vector<float>& rows, const std::vector<float>& weigh
 }
 
 /// Root mean square of scaled and weighed differences.
-double distance(const WaveModel& model, const std::vector<float>& codes,
+double distance(const WeighedModel& model, const std::vector<float>& codes,
                 const std::vector<float>& truth) {
-    const VectorXd away =
-        weighed(model.decode(codes), model.weights) - weighed(truth, model.weights);
+    const VectorXd away = weighed(model.decode(codes), model.roots) - weighed(truth, model.roots);
     return std::sqrt(away.squaredNorm() / static_cast<double>(away.size()));
 }
 
 /// Of the linear model, whose differences are exact: a column for each code.
-MatrixXd dense_columns(const WaveModel& model) {
+MatrixXd dense_columns(const WeighedModel& model) {
     std::vector<float> codes(WaveModel::kCodes, 0.0F);
-    const VectorXd zero = weighed(model.decode(codes), model.weights);
+    const VectorXd zero = weighed(model.decode(codes), model.roots);
     MatrixXd result(zero.size(), WaveModel::kCodes);
     for (Eigen::Index k = 0; k < result.cols(); ++k) {
         codes.assign(codes.size(), 0.0F);
         codes[at(k)] = 1;
-        result.col(k) = weighed(model.decode(codes), model.weights) - zero;
+        result.col(k) = weighed(model.decode(codes), model.roots) - zero;
     }
     return result;
 }
 
-FeatureFitOptions scaled_options() {
+FeatureFitOptions scaled_options(const std::vector<float>& roots = {}) {
     FeatureFitOptions options;
     options.scale = wave_scale();
+    options.scale.roots = roots;
     return options;
 }
 
 /// As far as it goes.
-FeatureFitOptions exact_options() {
-    FeatureFitOptions options = scaled_options();
+FeatureFitOptions exact_options(const std::vector<float>& roots = {}) {
+    FeatureFitOptions options = scaled_options(roots);
     options.ridge = 0;
     options.max_steps = 60;
     options.least_gain = 1e-12;
@@ -85,10 +90,10 @@ FeatureFitOptions exact_options() {
 struct FeatureFitCase {
     explicit FeatureFitCase(WaveModel::Kind kind, bool has_weights = false)
         : mesh(bumpy_sphere(2)), model(mesh, kind) {
-        if (has_weights) model.weights = some_weights(mesh.vertex_count());
+        if (has_weights) model.roots = some_roots(mesh.vertex_count());
     }
     TriangleMesh mesh;
-    WaveModel model;
+    WeighedModel model;
 };
 
 // z = z⁰ + (CᵀC + ε (tr/K) I)⁻¹ Cᵀ (x - C z⁰), C and x scaled and weighed: one step is all.
@@ -100,11 +105,11 @@ TEST(FeatureFit, OfALinearDecoderIsTheJointLeastSquares) {
             const std::vector<float> start = some_codes(8, 2);
             const MatrixXd C = dense_columns(f.model);
             const VectorXd away =
-                weighed(truth, f.model.weights) - weighed(f.model.decode(start), f.model.weights);
+                weighed(truth, f.model.roots) - weighed(f.model.decode(start), f.model.roots);
             MatrixXd H = C.transpose() * C;
             H.diagonal().array() += ridge * H.trace() / static_cast<double>(C.cols());
             const VectorXd step = H.fullPivLu().solve(C.transpose() * away);
-            FeatureFitOptions options = scaled_options();
+            FeatureFitOptions options = scaled_options(f.model.roots);
             options.ridge = ridge;
             const FittedCodes found = FeatureFit(f.model, options).fit(truth, start);
             for (std::size_t k = 0; k < start.size(); ++k) {
@@ -124,7 +129,8 @@ TEST(FeatureFit, WeightsOfVerticesDecideWhatIsNear) {
     const FeatureFitCase even(WaveModel::Kind::linear), uneven(WaveModel::Kind::linear, true);
     const std::vector<float> truth = foreign_features(even.model), start(WaveModel::kCodes, 0.0F);
     const std::vector<float> a = FeatureFit(even.model, scaled_options()).fit(truth, start).codes;
-    const std::vector<float> b = FeatureFit(uneven.model, scaled_options()).fit(truth, start).codes;
+    const std::vector<float> b =
+        FeatureFit(uneven.model, scaled_options(uneven.model.roots)).fit(truth, start).codes;
     EXPECT_LT(distance(even.model, a, truth), distance(even.model, b, truth));
     EXPECT_LT(distance(uneven.model, b, truth), distance(uneven.model, a, truth));
 }
@@ -135,7 +141,7 @@ TEST(FeatureFit, RecoversWhatTheDecoderCanMake) {
     std::vector<float> start = wanted;
     for (std::size_t k = 0; k < start.size(); ++k) start[k] += some_codes(2, 0.5)[k];
     const FittedCodes found =
-        FeatureFit(f.model, exact_options()).fit(f.model.decode(wanted), start);
+        FeatureFit(f.model, exact_options(f.model.roots)).fit(f.model.decode(wanted), start);
     EXPECT_GT(found.initial_rms, 1e-2);
     EXPECT_TRUE(found.rms <= 1e-6) << found.rms;
     for (std::size_t k = 0; k < start.size(); ++k) {
@@ -168,7 +174,8 @@ TEST(FeatureFit, ObjectiveNeverRisesAndStepsEnd) {
                     EXPECT_EQ(found.codes, start);
                 }
             }
-            const FittedCodes found = FeatureFit(f.model, scaled_options()).fit(truth, start);
+            const FittedCodes found =
+                FeatureFit(f.model, scaled_options(f.model.roots)).fit(truth, start);
             EXPECT_LT(found.rms, found.initial_rms);
         }
     }
@@ -190,7 +197,7 @@ TEST(FeatureFit, EndsWhereNoCodeHelpsAnyMore) {
         }
         return result;
     };
-    const FittedCodes found = FeatureFit(f.model, exact_options()).fit(truth, start);
+    const FittedCodes found = FeatureFit(f.model, exact_options(f.model.roots)).fit(truth, start);
     EXPECT_TRUE(found.converged);
     EXPECT_GT(found.rms, 0.01);  // out of reach
     EXPECT_TRUE(steepest(found.codes) <= 1e-3 * steepest(start)) << steepest(found.codes);
@@ -202,7 +209,7 @@ TEST(FeatureFit, RedundantCodesStayDetermined) {
     std::vector<float> start = some_codes(4, 0.3);
     start[1] = start[0];
     const FittedCodes found =
-        FeatureFit(f.model, scaled_options()).fit(foreign_features(f.model), start);
+        FeatureFit(f.model, scaled_options(f.model.roots)).fit(foreign_features(f.model), start);
     EXPECT_NEAR(found.codes[0], found.codes[1], 1e-4);
     EXPECT_EQ(found.codes.back(), start.back());
     EXPECT_GT(std::abs(found.codes[0] - start[0]), 1e-3);
@@ -214,7 +221,7 @@ TEST(FeatureFit, StaysWhereTheDecoderIsFinite) {
     const std::vector<float> truth =
         whole.model.decode(std::vector<float>(WaveModel::kCodes, 0.9F));
     const FittedCodes found =
-        FeatureFit(f.model, scaled_options()).fit(truth, std::vector<float>(7, 0.1F));
+        FeatureFit(f.model, scaled_options(f.model.roots)).fit(truth, std::vector<float>(7, 0.1F));
     EXPECT_LT(found.rms, found.initial_rms);
     for (const float z : found.codes) EXPECT_LE(std::abs(z), 0.5F);
 }
@@ -224,12 +231,13 @@ TEST(FeatureFit, MovesOnlyTheCodesThatMayMove) {
     const FeatureFitCase f(WaveModel::Kind::linear, true);
     const std::vector<float> truth = foreign_features(f.model), start = some_codes(8, 1);
     const std::vector<int> moving{5, 0, 3};
-    const FittedCodes found = FeatureFit(f.model, scaled_options()).fit(truth, start, moving);
+    const FittedCodes found =
+        FeatureFit(f.model, scaled_options(f.model.roots)).fit(truth, start, moving);
     const MatrixXd all = dense_columns(f.model);
     MatrixXd C(all.rows(), 3);
     for (int n = 0; n < 3; ++n) C.col(n) = all.col(moving[at(n)]);
     const VectorXd away =
-        weighed(truth, f.model.weights) - weighed(f.model.decode(start), f.model.weights);
+        weighed(truth, f.model.roots) - weighed(f.model.decode(start), f.model.roots);
     const VectorXd step = C.colPivHouseholderQr().solve(away);
     std::vector<double> wanted(start.begin(), start.end());
     for (int n = 0; n < 3; ++n) wanted[at(moving[at(n)])] += step[n];
@@ -239,7 +247,7 @@ TEST(FeatureFit, MovesOnlyTheCodesThatMayMove) {
 
 TEST(FeatureFit, IsTheSameForAnyNumberOfThreadsAloneAndTogether) {
     const FeatureFitCase f(WaveModel::Kind::tanh, true);
-    const FeatureFit fit(f.model, scaled_options());
+    const FeatureFit fit(f.model, scaled_options(f.model.roots));
     const std::vector<float> truth = foreign_features(f.model);
     const auto of_start = [&](std::int64_t n) {
         return fit.fit(truth, some_codes(static_cast<std::uint64_t>(20 + n), 0.5)).codes;
@@ -275,7 +283,7 @@ class PositionModel final : public ShapeModel {
 
 TEST(FeatureFit, RefusesWhatDoesNotFit) {
     const FeatureFitCase f(WaveModel::Kind::breaking);
-    const FeatureFit fit(f.model, scaled_options());
+    const FeatureFit fit(f.model, scaled_options(f.model.roots));
     std::vector<float> truth = foreign_features(f.model), start(WaveModel::kCodes, 0.1F);
     EXPECT_THROW(fit.fit(std::span<const float>(truth).first(9), start), MeshError);
     EXPECT_THROW(fit.fit(truth, std::span<const float>(start).first(6)), UsageError);

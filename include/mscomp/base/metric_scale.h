@@ -20,6 +20,10 @@ struct MetricScale {
     std::vector<float> roots{};  // (V), positive; empty: 1 at every vertex
 
     double root(std::size_t v) const { return roots.empty() ? 1 : static_cast<double>(roots[v]); }
+    /// What a scaled value changes by where its feature changes by 1.
+    double scale_factor(std::size_t v, std::size_t channel) const {
+        return factor[channel] * root(v);
+    }
     /// What a feature changes by where its scaled value changes by 1.
     double unscale_factor(std::size_t v, std::size_t channel) const {
         return factor[channel] != 0 ? 1 / (factor[channel] * root(v)) : 0;

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "mscomp/base/channel_scale.h"
+#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/shape_model.h"
 
 namespace mscomp {
@@ -13,7 +13,7 @@ namespace mscomp {
 struct FeatureFitOptions {
     /// Features are compared as it scales them; of it only the factors count. By default as they
     /// are.
-    ChannelScale scale;
+    MetricScale scale;
     int max_steps = 12;  // accepted ones; a linear decoder takes one
     /// Converged when a step lowers the objective by a smaller share of it.
     double least_gain = 1e-4;
@@ -24,15 +24,15 @@ struct FeatureFitOptions {
 
 struct FittedCodes {
     std::vector<float> codes;  // (K)
-    double initial_rms = 0;    // root mean square of s √w (Dec(z) - X) at the start,
+    double initial_rms = 0;    // root mean square of s (Dec(z) - X) at the start,
     double rms = 0;            // and now
     int steps = 0;
     bool converged = false;
 };
 
 /// Joint codes: those whose *features* match a shape best, over the components of all levels at
-/// once (method §9, "Codes"): min over z of mean w s² (Dec(z) - X)² + ridge |z - z⁰|², s the
-/// factors of the scale, w ShapeModel::vertex_weights, z⁰ the start. Gauss-Newton steps with the
+/// once (method §9, "Codes"): min over z of mean s² (Dec(z) - X)² + ridge |z - z⁰|², s the
+/// factors of the scale with the roots of its metric, z⁰ the start. Gauss-Newton steps with the
 /// derivatives of the decoder, damped where one does not help. The result is never farther from X
 /// than the start, measured so.
 class FeatureFit {

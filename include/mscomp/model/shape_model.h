@@ -93,9 +93,6 @@ class ShapeModel {
     /// Of every component, (K).
     virtual std::vector<ComponentPlace> places() const = 0;
 
-    /// What the squared error of a row counts at each vertex where shapes are learnt from and read,
-    /// (V), 1 on average; empty: 1 each.
-    virtual std::vector<float> vertex_weights() const { return {}; }
     /// Size of a change of a row that counts as 1: 1 for features, for positions the radius of the
     /// reference.
     virtual double unit() const { return 1; }
