@@ -23,6 +23,7 @@
 #include "mscomp/run/peak_memory.h"
 #include "mscomp/run/run_folder.h"
 #include "run_lock.h"
+#include "starting_run.h"
 #include "training_log.h"
 #include "training_setup.h"
 
@@ -200,6 +201,27 @@ void write_beginning(const std::string& run, const TrainingSetup& setup, Learner
     files.commit();
 }
 
+/// As the configuration says where to begin.
+void begin(TrainingSetup& setup, Learner& learner, LineFile& log) {
+    const std::string& path = setup.config.train.start_run;
+    if (path.empty()) {
+        learner.start();
+    } else {
+        const StartingRun start = starting_run(path, setup.context);
+        learner.start_from(start.components);
+        setup.context.start_hash = start.hash;
+        log.append(start.note);
+    }
+    for (const std::string& note : learner.notes()) log.append(note);
+}
+
+void go_on_from(const ModelFile& earlier, TrainingSetup& setup, Learner& learner, LineFile& log) {
+    earlier.load(*setup.model);
+    learner.resume(earlier.state());
+    setup.context.start_hash = earlier.context().start_hash;
+    log.append(fmt::format("resumed at epoch {}", learner.state().epoch));
+}
+
 std::string begin_line(const std::string& title) {
     return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC  {}", fmt::gmtime(std::time(nullptr)), title);
 }
@@ -235,12 +257,9 @@ TrainingResult train_run(const Config& config, const std::string& run,
     const std::unique_ptr<Learner> learner =
         setup.model->learner(setup.shapes, setup.context.train_shapes);
     if (earlier) {
-        earlier->load(*setup.model);
-        learner->resume(earlier->state());
-        log.append(fmt::format("resumed at epoch {}", learner->state().epoch));
+        go_on_from(*earlier, setup, *learner, log);
     } else {
-        learner->start();
-        for (const std::string& note : learner->notes()) log.append(note);
+        begin(setup, *learner, log);
     }
     const bool is_new = !earlier || earlier->context().config != setup.context.config;
     if (is_new) write_beginning(run, setup, *learner);
