@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/paths.h"
+#include "mscomp/run/run_folder.h"
 
 namespace mscomp {
 namespace {
@@ -51,6 +53,11 @@ StartingRun starting_run(const std::string& path, const ModelContext& context) {
         "begins with the {} components of {} (kind {}, epoch {}, XXH3 of its data {})",
         start.components.count(), path, run.config.kind, run.file.state().epoch, start.hash);
     return start;
+}
+
+bool is_start(const std::string& path, const std::string& hash) {
+    if (path.empty() || !path_exists(model_path(path))) return true;
+    return ModelFile(model_path(path)).data_hash() == hash;
 }
 
 }  // namespace mscomp

@@ -20,6 +20,9 @@ struct StartingRun {
 /// learnt from shapes that do not train here: they would be unseen no more. Else as open_run.
 StartingRun starting_run(const std::string& path, const ModelContext& context);
 
+/// Whether the run `path` is, as far as it still is there, what a training began with.
+bool is_start(const std::string& path, const std::string& hash);
+
 /// Throws UsageError for a run whose components are no features.
 void require_features(const TrainedRun& run);
 

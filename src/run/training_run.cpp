@@ -201,18 +201,13 @@ void write_beginning(const std::string& run, const TrainingSetup& setup, Learner
     files.commit();
 }
 
-/// As the configuration says where to begin.
-void begin(TrainingSetup& setup, Learner& learner, LineFile& log) {
-    const std::string& path = setup.config.train.start_run;
-    if (path.empty()) {
-        learner.start();
-    } else {
-        const StartingRun start = starting_run(path, setup.context);
-        learner.start_from(start.components);
-        setup.context.start_hash = start.hash;
-        log.append(start.note);
-    }
-    for (const std::string& note : learner.notes()) log.append(note);
+/// Begins with the run that the configuration names; nothing is written yet. Returns what the log
+/// is to say of it.
+std::string begin_with_run(TrainingSetup& setup, Learner& learner) {
+    const StartingRun start = starting_run(setup.config.train.start_run, setup.context);
+    learner.start_from(start.components);
+    setup.context.start_hash = start.hash;
+    return start.note;
 }
 
 void go_on_from(const ModelFile& earlier, TrainingSetup& setup, Learner& learner, LineFile& log) {
@@ -245,6 +240,10 @@ TrainingResult train_run(const Config& config, const std::string& run,
     if (options.resume && has_checkpoint(run)) earlier.emplace(earlier_part(run, config));
     TrainingSetup setup(config);
     if (earlier) require_same_features(*earlier, setup, run);
+    const std::unique_ptr<Learner> learner =
+        setup.model->learner(setup.shapes, setup.context.train_shapes);
+    const bool is_given = !earlier && !config.train.start_run.empty();
+    const std::string given = is_given ? begin_with_run(setup, *learner) : "";
 
     lock.keep();
     LineFile log(log_path(run));
@@ -254,12 +253,13 @@ TrainingResult train_run(const Config& config, const std::string& run,
         log.append("warning: " + warning);
         if (options.on_warning) options.on_warning(warning);
     }
-    const std::unique_ptr<Learner> learner =
-        setup.model->learner(setup.shapes, setup.context.train_shapes);
     if (earlier) {
         go_on_from(*earlier, setup, *learner, log);
+    } else if (is_given) {
+        log.append(given);
     } else {
-        begin(setup, *learner, log);
+        learner->start();
+        for (const std::string& note : learner->notes()) log.append(note);
     }
     const bool is_new = !earlier || earlier->context().config != setup.context.config;
     if (is_new) write_beginning(run, setup, *learner);
@@ -282,6 +282,7 @@ TrainingProgress training_progress(const std::string& run, const TrainingDemand&
     if (context.source_hash != demand.source_hash || context.train_shapes != demand.train_shapes) {
         return TrainingProgress::none;
     }
+    if (!is_start(demand.config.train.start_run, context.start_hash)) return TrainingProgress::none;
     ConfigChange change;
     try {
         change = config_change(parse_config(context.config, path), demand.config);

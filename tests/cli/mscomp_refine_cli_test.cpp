@@ -85,7 +85,8 @@ TEST_F(RefineCommand, RefusesWhatItCannotDo) {
         EXPECT_THAT(expect_code(arguments, code).err, HasSubstr(why));
     };
     refused("refine pca.run -o x.run", 2, "is of kind pca, whose components are changes of");
-    refused("refine first.run -o first.run --force", 2, "is an input, wanted another output");
+    refused("refine first.run -o first.run --force", 2,
+            "first.run/checkpoint.safetensors is the input ");
     refused("refine first.run -o x.run --set model.tied=none", 2, "a key of the kind");
     refused(
         "refine first.run -o x.run --set 'model.levels=[{components: 2, sparsity_range: 1, "

@@ -141,7 +141,9 @@ TEST_P(RefinedKind, BeginsWithTheComponents) {
             a += x * x;
             b += y * y;
         }
-        if (a > 0) EXPECT_GT(product / std::sqrt(a * b), 0.8) << "component " << k;
+        if (a > 0) {
+            EXPECT_GT(product / std::sqrt(a * b), 0.8) << "component " << k;
+        }
     }
 }
 
@@ -255,11 +257,28 @@ TEST_F(RefinedRun, ShapesThatWereSeenCannotBeTested) {
     EXPECT_NO_THROW(train_run(config, run("all.run")));
 }
 
+// For sweeps: a run that began with what is another run by now has to begin anew; one whose
+// beginning is gone has not.
+TEST_F(RefinedRun, IsFinishedAsLongAsItsBeginningIsTheSame) {
+    trained("autoencoder");
+    const Config config = refined();
+    train(config, "second.run");
+    const TrainingDemand demand{config, FeatureFile(features_).data_hash(), {0, 2, 4, 6, 8}};
+    EXPECT_EQ(training_progress(run("second.run"), demand), TrainingProgress::finished);
+    Config other = small_start("autoencoder", features_);
+    other.train.seed = 5;
+    other.train.epochs = 2;
+    train_run(other, run("first.run"));
+    EXPECT_EQ(training_progress(run("second.run"), demand), TrainingProgress::none);
+    std::filesystem::remove_all(run("first.run"));
+    EXPECT_EQ(training_progress(run("second.run"), demand), TrainingProgress::finished);
+}
+
 TEST_F(RefinedRun, OtherLevelsAreRefused) {
     trained("autoencoder");
     Config config = refined();
     config.own<MultiscaleSettings>().levels.front().components += 1;
-    expect_refused(config, "train.start: levels of 50 components, wanted those of");
+    expect_refused(config, "train.start: levels of 2 components, wanted those of");
 }
 
 }  // namespace
