@@ -48,9 +48,10 @@ void setup_refine(CLI::App& app) {
                      "key=value of a configuration of the kind multiscale, e.g. train.epochs=8; "
                      "repeatable")
         ->allow_extra_args(false);
-    command->add_flag("--resume", options->resume,
-                      "Go on from the last checkpoint of the run folder, if there is one; RUN is "
-                      "not read again");
+    command->add_flag(
+        "--resume", options->resume,
+        "Go on from the last checkpoint of the run folder, as train does; RUN is read "
+        "where there is none");
     add_force(*command, options->common);
     add_quiet(*command, options->common);
     add_threads(*command, options->common);
