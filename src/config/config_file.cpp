@@ -4,6 +4,8 @@
 #include "config_reader.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/file_kind.h"
+#include "mscomp/base/path_from.h"
+#include "mscomp/base/paths.h"
 #include "mscomp/kinds/kinds.h"
 
 namespace mscomp {
@@ -30,6 +32,13 @@ Config parse_config(std::string_view yaml, const std::string& path,
     for (const std::string& text : overrides) reader.read_override(text);
     reader.check(path);
     return config;
+}
+
+void anchor_paths(Config& config, const std::string& folder) {
+    for (std::string* path :
+         {&config.data.features, &config.data.split.path, &config.train.start_run}) {
+        if (!path->empty()) *path = absolute_path(path_from(folder, *path));
+    }
 }
 
 }  // namespace mscomp

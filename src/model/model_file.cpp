@@ -53,6 +53,7 @@ nlohmann::json describe(const ModelContext& context, const TrainingState& state)
             {"config", context.config},
             {"source", context.source},
             {"source_hash", context.source_hash},
+            {"start_hash", context.start_hash},
             {"weights", context.weights},
             {"largest_distance_exact", context.largest_distance_exact},
             {"epoch", state.epoch},
@@ -160,6 +161,7 @@ struct ModelFile::Content {
         context.config = description.at("config");
         context.source = description.at("source");
         context.source_hash = description.at("source_hash");
+        context.start_hash = description.value("start_hash", std::string());
         context.weights = description.at("weights");
         context.largest_distance_exact = description.at("largest_distance_exact");
         state.epoch = count_in(description, "epoch", path);
@@ -286,6 +288,10 @@ ModelFile& ModelFile::operator=(ModelFile&&) noexcept = default;
 ModelFile::~ModelFile() = default;
 
 const std::string& ModelFile::path() const { return content_->file.path(); }
+std::string ModelFile::data_hash() const {
+    const auto found = content_->file.metadata().find("xxh3");
+    return found == content_->file.metadata().end() ? std::string() : found->second;
+}
 const ModelContext& ModelFile::context() const { return content_->context; }
 const TrainingState& ModelFile::state() const { return content_->state; }
 const CodeTable& ModelFile::codes() const { return content_->codes; }

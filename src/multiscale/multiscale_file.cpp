@@ -18,6 +18,7 @@ constexpr const char* kCenters = "components/centers";
 constexpr const char* kFirst = "components/first";        // (K+1) into what follows
 constexpr const char* kVertices = "components/vertices";  // of each ball, rising
 constexpr const char* kValues = "components/values";      // (..,9)
+constexpr const char* kParents = "components/parents";    // (K) where they were begun with
 constexpr const char* kSpaceCodes = "space/codes";        // (shapes,K)
 constexpr const char* kMoment1 = "space/adam_m";          // in the order of the vertices
 constexpr const char* kMoment2 = "space/adam_v";
@@ -58,6 +59,7 @@ void MultiscaleModel::save(StoredArrays& arrays) const {
     arrays.keep<std::int64_t>(kFirst, {components_.count() + 1}, std::move(first));
     arrays.keep<int>(kVertices, {entries}, std::move(vertices));
     arrays.keep<float>(kValues, {entries, kFeatureDim}, std::move(values));
+    if (!parents_.empty()) arrays.keep<int>(kParents, {components_.count()}, parents_);
     arrays.keep<int>(kFillUpTo, {1}, {fill_up_to});
     if (!space_state) return;
     const Eigen::MatrixXd& codes = space_state->codes;
@@ -85,6 +87,22 @@ std::optional<SpaceState> MultiscaleModel::load_space_state(const SafetensorsFil
         {moment1.begin(), moment1.end()},
         {moment2.begin(), moment2.end()},
         steps[0]};
+}
+
+/// None for a file without. A parent is of a coarser level.
+std::vector<int> MultiscaleModel::load_parents(const SafetensorsFile& file) const {
+    if (!file.contains(kParents)) return {};
+    const auto parents = file.data<int>(kParents, {code_count()});
+    int first = 0;  // of the level
+    for (const LevelSize& level : levels()) {
+        for (int k = first; k < first + level.codes(); ++k) {
+            if (parents[at(k)] >= -1 && parents[at(k)] < first) continue;
+            throw CheckpointError(
+                file.path(), fmt::format("component {} as the parent of {}", parents[at(k)], k));
+        }
+        first += level.codes();
+    }
+    return {parents.begin(), parents.end()};
 }
 
 void MultiscaleModel::load(const SafetensorsFile& file) {
@@ -118,6 +136,7 @@ void MultiscaleModel::load(const SafetensorsFile& file) {
         components.set_component(k, values.subspan(at(first[at(k)]) * kFeatureDim));
     }
     set_components(std::move(components));
+    set_parents(load_parents(file));
     space_state = load_space_state(file);
     fill_up_to = file.data<int>(kFillUpTo, {1})[0];
     if (fill_up_to < 0 || fill_up_to > kMostFilledUpTo) {

@@ -11,6 +11,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/model/divergence.h"
 #include "multiscale/ball_start.h"
+#include "multiscale/given_balls.h"
 
 namespace mscomp {
 namespace {
@@ -70,8 +71,22 @@ void MultiscaleLearner::start() {
     settings.global_components = choices.global_components;
     model_.fill_up_to = choices.fill_up_to;
     pool_.reset();
+    begin(start_balls(pool().rows(0), settings, place_.distances), {});
+}
+
+/// Nothing is chosen: components and keys are as they are given.
+void MultiscaleLearner::start_from(const GivenComponents& given) {
+    notes_.clear();
+    BallComponents components = given_balls(given, settings_, model_.scale());
+    model_.fill_up_to = config_.fill_up_to;
+    pool_.reset();
+    begin(std::move(components), given.parents);
+}
+
+void MultiscaleLearner::begin(BallComponents components, std::vector<int> parents) {
     descent_.reset();
-    model_.set_components(start_balls(pool().rows(0), settings, place_.distances));
+    model_.set_components(std::move(components));
+    model_.set_parents(std::move(parents));
     model_.space_state.reset();
     state_ = {};
 }

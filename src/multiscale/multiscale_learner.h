@@ -33,6 +33,7 @@ class MultiscaleLearner final : public Learner {
 
     std::vector<std::string> term_names() const override { return {"reconstruction", "space"}; }
     void start() override;
+    void start_from(const GivenComponents& given) override;
     std::vector<std::string> notes() const override { return notes_; }
     void resume(const TrainingState& state) override { state_ = state; }
     const TrainingState& state() const override { return state_; }
@@ -42,6 +43,7 @@ class MultiscaleLearner final : public Learner {
 
   private:
     Choices chosen();
+    void begin(BallComponents components, std::vector<int> parents);
     TrainingPool& pool();
     EpochReport alternate();
     EpochReport descend();

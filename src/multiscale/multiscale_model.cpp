@@ -35,8 +35,9 @@ std::vector<LevelSize> MultiscaleModel::levels() const {
     return sizes;
 }
 
-/// The one of the level above that it overlaps most.
+/// Those it began with, or the one of the level above that it overlaps most.
 std::vector<int> MultiscaleModel::parents() const {
+    if (!parents_.empty()) return parents_;
     const Eigen::MatrixXd shared = overlaps(components_);
     std::vector<int> parents;
     int above = 0, first = 0;  // level above: [above, first)

@@ -48,6 +48,8 @@ class MultiscaleModel final : public LearnedModel {
     /// Those of the levels, and before them any number of global ones. Codes that were made for the
     /// components before are forgotten.
     void set_components(BallComponents components);
+    /// Parents (K) that stay; empty: as overlaps say.
+    void set_parents(std::vector<int> parents) { parents_ = std::move(parents); }
     /// Of a training that has come to descent in space; saved with the components.
     std::optional<SpaceState> space_state;
     /// How far training fills up the shapes; saved likewise.
@@ -55,6 +57,7 @@ class MultiscaleModel final : public LearnedModel {
 
   private:
     std::optional<SpaceState> load_space_state(const SafetensorsFile& file) const;
+    std::vector<int> load_parents(const SafetensorsFile& file) const;
     int local_count() const;
     std::vector<float> sum(std::span<const float> codes, int levels) const;
 
@@ -66,6 +69,7 @@ class MultiscaleModel final : public LearnedModel {
     MetricScale scale_;
     int global_count_;
     BallComponents components_;
+    std::vector<int> parents_;         // of components that were begun with
     std::optional<JointCodes> codes_;  // made when first needed
 };
 

@@ -23,6 +23,7 @@
 #include "mscomp/run/peak_memory.h"
 #include "mscomp/run/run_folder.h"
 #include "run_lock.h"
+#include "starting_run.h"
 #include "training_log.h"
 #include "training_setup.h"
 
@@ -200,6 +201,22 @@ void write_beginning(const std::string& run, const TrainingSetup& setup, Learner
     files.commit();
 }
 
+/// Begins with the run that the configuration names; nothing is written yet. Returns what the log
+/// is to say of it.
+std::string begin_with_run(TrainingSetup& setup, Learner& learner) {
+    const StartingRun start = starting_run(setup.config.train.start_run, setup.context);
+    learner.start_from(start.components);
+    setup.context.start_hash = start.hash;
+    return start.note;
+}
+
+void go_on_from(const ModelFile& earlier, TrainingSetup& setup, Learner& learner, LineFile& log) {
+    earlier.load(*setup.model);
+    learner.resume(earlier.state());
+    setup.context.start_hash = earlier.context().start_hash;
+    log.append(fmt::format("resumed at epoch {}", learner.state().epoch));
+}
+
 std::string begin_line(const std::string& title) {
     return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC  {}", fmt::gmtime(std::time(nullptr)), title);
 }
@@ -223,6 +240,10 @@ TrainingResult train_run(const Config& config, const std::string& run,
     if (options.resume && has_checkpoint(run)) earlier.emplace(earlier_part(run, config));
     TrainingSetup setup(config);
     if (earlier) require_same_features(*earlier, setup, run);
+    const std::unique_ptr<Learner> learner =
+        setup.model->learner(setup.shapes, setup.context.train_shapes);
+    const bool is_given = !earlier && !config.train.start_run.empty();
+    const std::string given = is_given ? begin_with_run(setup, *learner) : "";
 
     lock.keep();
     LineFile log(log_path(run));
@@ -232,12 +253,10 @@ TrainingResult train_run(const Config& config, const std::string& run,
         log.append("warning: " + warning);
         if (options.on_warning) options.on_warning(warning);
     }
-    const std::unique_ptr<Learner> learner =
-        setup.model->learner(setup.shapes, setup.context.train_shapes);
     if (earlier) {
-        earlier->load(*setup.model);
-        learner->resume(earlier->state());
-        log.append(fmt::format("resumed at epoch {}", learner->state().epoch));
+        go_on_from(*earlier, setup, *learner, log);
+    } else if (is_given) {
+        log.append(given);
     } else {
         learner->start();
         for (const std::string& note : learner->notes()) log.append(note);
@@ -263,6 +282,7 @@ TrainingProgress training_progress(const std::string& run, const TrainingDemand&
     if (context.source_hash != demand.source_hash || context.train_shapes != demand.train_shapes) {
         return TrainingProgress::none;
     }
+    if (!is_start(demand.config.train.start_run, context.start_hash)) return TrainingProgress::none;
     ConfigChange change;
     try {
         change = config_change(parse_config(context.config, path), demand.config);

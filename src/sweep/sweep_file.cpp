@@ -11,7 +11,7 @@
 #include "mscomp/base/file_kind.h"
 #include "mscomp/base/nearest_name.h"
 #include "mscomp/base/path_from.h"
-#include "mscomp/base/paths.h"
+#include "mscomp/config/config_file.h"
 #include "mscomp/kinds/kinds.h"
 #include "mscomp/run/fits.h"
 #include "sweep_points.h"
@@ -22,14 +22,6 @@ namespace {
 
 std::string folder_of(const std::string& path) {
     return std::filesystem::path(path).parent_path().string();
-}
-
-/// Relative file names become absolute, counted from `folder`.
-void anchor(DataConfig& data, const std::string& folder) {
-    for (std::string* path : {&data.features, &data.split.path}) {
-        if (path->empty()) continue;
-        *path = absolute_path(path_from(folder, *path));
-    }
 }
 
 /// One of `names`. Throws ConfigError with the nearest one.
@@ -159,14 +151,14 @@ Config point_config(const SweepFile& sweep, const SweepPoint& point,
     ConfigReader reader(config);
     reader.read_document(sweep.base, sweep.base_path);
     // Names that are absolute already are left as they are by the next of these.
-    anchor(config.data, folder_of(sweep.base_path));
+    anchor_paths(config, folder_of(sweep.base_path));
     for (const std::string& text : overrides) {
         require_free_key(point, text);
         reader.read_override(text);
     }
-    anchor(config.data, "");
+    anchor_paths(config, "");
     for (const Setting& setting : point.settings) reader.read_setting(setting);
-    anchor(config.data, folder_of(sweep.path));
+    anchor_paths(config, folder_of(sweep.path));
     reader.check(sweep.base_path);
     return config;
 }

@@ -70,6 +70,8 @@ inline const std::vector<Command>& working_commands() {
          "arm/truth.json"},
         {{"mscomp", "init", "autoencoder"}, ""},
         {{"mscomp", "train", "c.yaml", "-o", "again.run"}, "again.run/checkpoint.safetensors"},
+        {{"mscomp", "refine", "run", "-o", "finer.run", "--set", "train.epochs=1"},
+         "finer.run/checkpoint.safetensors"},
         {{"mscomp", "info", "run"}, ""},
         {{"mscomp", "export-components", "run", "-o", "parts"}, "parts/components.json"},
         {{"mscomp", "reconstruct", "run", "f.safetensors", "-o", "decoded"},

@@ -199,7 +199,7 @@ class Faults : public testing::TestWithParam<WritingCommand> {
         Arguments arguments = GetParam().arguments;
         const bool is_done = files_below(bench().work()) == after_;
         const bool is_forced = arguments.back() == "--force";
-        const bool is_resumable = arguments[1] == "train";
+        const bool is_resumable = arguments[1] == "train" || arguments[1] == "refine";
         if (is_resumable && !is_forced) {
             if (arguments.back() != "--resume") arguments.emplace_back("--resume");
         } else if (is_done && !is_forced && arguments[1] != "sweep") {

@@ -70,6 +70,9 @@ std::vector<WritingCommand> writing_commands() {
                    {"mscomp", "train", "config.yaml", "-o", "out.run", "--resume"},
                    {{"mscomp", "train", "config.yaml", "-o", "out.run", "--set", "train.epochs=1"}},
                    true});
+    add_both(all, "Refine",
+             {"mscomp", "refine", "trained.run", "-o", "out.run", "--set", "train.epochs=2"},
+             {{"mscomp", "refine", "trained.run", "-o", "out.run", "--set", "train.epochs=1"}});
     all.push_back({"SweepNew", {"mscomp", "sweep", "sweep.yaml", "-o", "out"}, {}, true});
     all.push_back({"SweepAgain",
                    {"mscomp", "sweep", "sweep.yaml", "-o", "out"},
@@ -94,7 +97,9 @@ std::vector<WritingCommand> writing_commands() {
              {{"mscomp", "synthesize", "trained.run", "--weight", "0=0.5", "-o", "out.obj",
                "--sheet", "out.png", "--strongest", "2", "--tile", "64"}});
     for (WritingCommand& command : all) {
-        if (command.name.starts_with("Train")) command.goes_on = true;
+        if (command.name.starts_with("Train") || command.name.starts_with("Refine")) {
+            command.goes_on = true;
+        }
         command.is_pair =
             command.name.starts_with("ConvertText") || command.name.starts_with("Synthesize");
         if (command.name.starts_with("Converth5")) command.needs_memory = true;

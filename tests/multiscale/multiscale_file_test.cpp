@@ -34,7 +34,7 @@ class MultiscaleFile : public testing::Test {
         model_->set_components(std::move(components));
     }
     std::unique_ptr<MultiscaleModel> made() {
-        const ModelPlace place{sphere_.mesh, sphere_.distances, cases::Sphere::around(2)};
+        const ModelPlace place{sphere_.mesh, sphere_.distances, sphere_.scale};
         return std::make_unique<MultiscaleModel>(config_, place);
     }
     /// The arrays as `change` leaves them, loaded.
@@ -148,6 +148,25 @@ TEST_F(MultiscaleFile, ParentsAreOverlappedMost) {
         const int best = shared(k, 1) >= shared(k, 2) ? 1 : 2;
         EXPECT_EQ(parents[at(k)], shared(k, best) > 0 ? best : -1) << k;
     }
+}
+
+// Components that were begun with keep their parents, whatever they overlap.
+TEST_F(MultiscaleFile, HoldsParentsThatWereGiven) {
+    const auto again = [&](std::vector<int> parents) {
+        model_->set_parents(std::move(parents));
+        StoredArrays arrays;
+        model_->save(arrays);
+        const std::string path = folder_ / "parents.safetensors";
+        arrays.write(path, {});
+        auto model = made();
+        model->load(SafetensorsFile(path));
+        return model->parents();
+    };
+    const std::vector<int> given{-1, -1, 0, 2, 1, -1, 0};
+    EXPECT_EQ(again(given), given);
+    EXPECT_THROW(again({-1, -1, 0, 3, 1, -1, 0}), CheckpointError);  // of its own level
+    EXPECT_THROW(again({-1, -1, -2, 2, 1, -1, 0}), CheckpointError);
+    EXPECT_THROW(again({0, -1, 0, 2, 1, -1, 0}), CheckpointError);
 }
 
 // Codes of what codes decode to are these codes; the first levels are a sum of their own.

@@ -5,6 +5,8 @@
 
 #include "ball_cases.h"
 #include "mscomp/model/divergence.h"
+#include "mscomp/model/given_components.h"
+#include "multiscale/feature_columns.h"
 
 namespace mscomp {
 namespace {
@@ -93,7 +95,7 @@ TEST(MultiscaleLearner, ChoosesAmongFewShapesOnly) {
     config.settings = settings;
     config.train.fill_up_to = 40;
     for (const int count : {1, 2, 3, 23, 24, 30}) {
-        MultiscaleModel model(config, {sphere.mesh, sphere.distances, cases::Sphere::around(2)});
+        MultiscaleModel model(config, {sphere.mesh, sphere.distances, sphere.scale});
         std::vector<int> train(at(count));
         std::iota(train.begin(), train.end(), 0);
         const auto learner = model.learner(shapes, train);
@@ -104,6 +106,37 @@ TEST(MultiscaleLearner, ChoosesAmongFewShapesOnly) {
             EXPECT_EQ(model.code_count(), 5);
         }
     }
+}
+
+// Components that are given keep their parents, whatever they overlap; those that are found have
+// none but by overlap.
+TEST(MultiscaleLearner, BeginsWithWhatItIsGiven) {
+    cases::Sphere sphere;
+    const RoughShapes shapes(sphere.vertices(), 5, 0.05);
+    Config config;
+    MultiscaleSettings settings;
+    settings.global_components = 0;
+    settings.levels = {{2, 0.3, 0.3}, {3, 0.3, 0.3}};
+    settings.rounds = 0;
+    config.settings = settings;
+    config.train.fill_up_to = 7;
+    MultiscaleModel model(config, {sphere.mesh, sphere.distances, sphere.scale});
+    const BallComponents components = sphere.components(5, 0.2);
+    GivenComponents given{components.vertex_count(), {{1, 2}, {1, 3}}, {-1, -1, 1, -1, 0}, {}, {}};
+    given.changes = feature_columns(components, model.scale());
+    for (const Ball& ball : components.balls()) given.centers.push_back(ball.center);
+    const std::vector<int> train{0, 1, 2, 3, 4};
+    const auto learner = model.learner(shapes, train);
+    learner->start_from(given);
+    EXPECT_EQ(model.parents(), given.parents);
+    EXPECT_LT((cases::dense(model.components()) - cases::dense(components)).norm(), 1e-5);
+    EXPECT_EQ(model.fill_up_to, 7);
+    EXPECT_TRUE(learner->notes().empty());
+    learner->run_epoch();
+    EXPECT_EQ(model.parents(), given.parents);
+    EXPECT_EQ(learner->state().step, SpaceDescent::kSteps);
+    learner->start();
+    EXPECT_NE(model.parents(), given.parents);
 }
 
 }  // namespace

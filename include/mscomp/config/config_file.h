@@ -27,6 +27,9 @@ Config read_config(const std::string& path, const std::vector<std::string>& over
 Config parse_config(std::string_view yaml, const std::string& path,
                     const std::vector<std::string>& overrides = {});
 
+/// Makes the file names of a configuration absolute; relative ones count from `folder`.
+void anchor_paths(Config& config, const std::string& folder);
+
 /// The whole configuration as YAML, every key in the order of the documentation; with comments,
 /// each key says what it does and what it may be. parse_config gives back `config` exactly.
 std::string write_config(const Config& config, bool with_comments);

@@ -43,6 +43,7 @@ struct TrainConfig {
     double learning_rate_floor = 1e-5;
     std::uint64_t seed = 0;
     Start start = Start::deflation;
+    std::string start_run;  // whose components are begun with, by kinds that can; empty: none
     SparsityStep sparsity_step = SparsityStep::proximal;
     /// Steps of the last level leave out vertices where nothing acts (the same optimum, faster);
     /// needs the proximal step.

@@ -12,6 +12,7 @@
 namespace mscomp {
 
 class SafetensorsFile;
+struct GivenComponents;
 class StoredArrays;
 
 /// How far training has come.
@@ -52,6 +53,9 @@ class Learner {
     virtual std::vector<std::string> term_names() const = 0;
     /// Begins anew.
     virtual void start() = 0;
+    /// Begins anew with the components of another model, of which it needs nothing afterwards.
+    /// Throws UsageError where the configuration is not one for these.
+    virtual void start_from(const GivenComponents& given);
     /// What start() decided by itself, a sentence each, for the log.
     virtual std::vector<std::string> notes() const { return {}; }
     /// Goes on from a saved state, whose arrays the model already holds.

@@ -24,6 +24,7 @@ struct ModelContext {
     MetricScale scale;                  // of the features, fitted on the training shapes
     MetricScale minmax;           // the papers' two global ranges (center: minmax), for [A] eq. 8
     std::string source_hash;      // XXH3 of the feature file, empty if it has none
+    std::string start_hash;       // XXH3 of the model file it began with, empty if with none
     double largest_distance = 0;  // geodesic normaliser, unit of the mesh
     bool largest_distance_exact = false;
     std::vector<int> train_shapes, test_shapes;  // indices into the feature file
@@ -52,6 +53,8 @@ class ModelFile {
     ~ModelFile();
 
     const std::string& path() const;
+    /// What the file says its data hash to (XXH3).
+    std::string data_hash() const;
     const ModelContext& context() const;
     const TrainingState& state() const;
     /// Codes of the training shapes.

@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "mscomp/base/distance_rows.h"
+#include "mscomp/model/given_components.h"
 #include "mscomp/model/kind.h"
 
 namespace mscomp {
@@ -38,6 +40,11 @@ struct MultiscaleSettings {
     double between = 0;  // part of the patches of mixed shapes that lie between two shapes
     double feature_share = 0.3;  // what the error of features counts beside that in space
 };
+
+/// Levels as the components of another model fill them, so that a training can begin with these
+/// (train.start): as many components, and the range and the largest share that hold the support of
+/// each, rounded up to thousandths.
+std::vector<BallLevel> levels_around(const GivenComponents& given, DistanceRows& distances);
 
 /// The kind `multiscale`: components on balls of the surface, level by level, fitted to the shapes
 /// by alternating least squares on the sum of all levels; codes are joint least squares over all

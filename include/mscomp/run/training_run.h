@@ -60,9 +60,10 @@ struct TrainingDemand {
     std::string source_hash;        // of the feature file
     std::vector<int> train_shapes;  // of it
 };
-/// `none` where it has to be trained anew: other features or training shapes, fewer epochs, or as
-/// ConfigChange says; `finished` only if nothing of the configuration that is saved differs. Throws
-/// CheckpointError for a checkpoint that cannot be read.
+/// `none` where it has to be trained anew: other features or training shapes, another beginning
+/// where that is a run, fewer epochs, or as ConfigChange says; `finished` only if nothing of the
+/// configuration that is saved differs. Throws CheckpointError for a checkpoint that cannot be
+/// read.
 TrainingProgress training_progress(const std::string& run, const TrainingDemand& demand);
 
 }  // namespace mscomp

@@ -29,6 +29,16 @@ struct TrainOptions {
 void setup_train(CLI::App& app);
 void run_train(const TrainOptions& options);
 
+struct RefineOptions {
+    std::string run;
+    std::string output;  // run folder
+    std::vector<std::string> overrides;
+    bool resume = false;
+    CommonOptions common;
+};
+void setup_refine(CLI::App& app);
+void run_refine(const RefineOptions& options);
+
 struct RunInfoOptions {
     std::string run;
     CommonOptions common;

@@ -4,21 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
-#include "cli/progress.h"
-#include "cli/say.h"
-#include "mscomp/base/error.h"
-#include "mscomp/base/interruption.h"
-#include "mscomp/base/kept_inputs.h"
-#include "mscomp/base/path_from.h"
-#include "mscomp/base/paths.h"
 #include "mscomp/config/config_file.h"
-#include "mscomp/run/peak_memory.h"
-#include "mscomp/run/run_folder.h"
-#include "mscomp/run/training_run.h"
 #include "mscomp_commands.h"
-#include "training_progress.h"
+#include "training_command.h"
 
 namespace mscomp {
 namespace {
@@ -28,70 +17,17 @@ std::string run_folder(const TrainOptions& options) {
     return std::filesystem::path(options.config).replace_extension(".run").string();
 }
 
+/// The run folder lies elsewhere: what was relative to the config has to be found from there.
 Config effective_config(const TrainOptions& options) {
     Config config = read_config(options.config, options.overrides);
-    const std::string folder = std::filesystem::path(options.config).parent_path().string();
-    // The run folder lies elsewhere: what was relative to the config has to be found from there.
-    const auto anchored = [&](const std::string& path) {
-        return absolute_path(path_from(folder, path));
-    };
-    config.data.features = anchored(config.data.features);
-    if (!config.data.split.path.empty()) config.data.split.path = anchored(config.data.split.path);
+    anchor_paths(config, std::filesystem::path(options.config).parent_path().string());
     return config;
 }
 
-/// A run may go on with its own configuration, which is then written as it was read.
-void require_own_outputs(const TrainOptions& options, const Config& config,
-                         const std::string& run) {
-    std::vector<std::string> inputs{config.data.features, config.data.split.path};
-    if (!options.resume) inputs.push_back(options.config);
-    require_apart({config_path(run), checkpoint_path(run), metrics_path(run), log_path(run)},
-                  inputs);
-}
-
-/// As a shell reads it back.
-std::string quoted(const std::string& text) {
-    const bool is_plain =
-        !text.empty() &&
-        text.find_first_not_of(
-            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%") ==
-            std::string::npos;
-    if (is_plain) return text;
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
-}
-
-std::string how_to_go_on(const TrainOptions& options, const std::string& run, std::int64_t epochs) {
+std::string how_to_go_on(const TrainOptions& options, const std::string& run) {
     std::string command = fmt::format("mscomp train {} -o {}", quoted(options.config), quoted(run));
     for (const std::string& set : options.overrides) command += " --set " + quoted(set);
-    return fmt::format("interrupted after epoch {}, saved; go on with: {} --resume", epochs,
-                       command);
-}
-
-TrainingResult train(const TrainOptions& options, const Config& config, const std::string& run) {
-    std::optional<Progress> progress;
-    TrainingOptions training;
-    training.resume = options.resume;
-    training.title = "mscomp train " + options.config;
-    training.on_warning = [&](const std::string& sentence) {
-        if (!options.common.quiet) say("mscomp: warning: {}\n", sentence);
-    };
-    training.on_begin = [&](const TrainingState& state) {
-        progress.emplace("train", config.train.epochs,
-                         progress_options(options.common.quiet, state.epoch));
-    };
-    training.on_epoch = [&](const EpochReport& report, const std::vector<std::string>& terms) {
-        progress->update(report.state.epoch, describe_loss(report, terms));
-    };
-    training.on_setback = [&](const TrainingState& state, const std::string& what) {
-        progress.reset();
-        if (!options.common.quiet) say("mscomp: warning: {}\n", what);
-        training.on_begin(state);
-    };
-    training.should_stop = interrupted;
-    training.should_save = take_save_request;
-    return train_run(config, run, training);
+    return command + " --resume";
 }
 
 }  // namespace
@@ -120,14 +56,13 @@ void setup_train(CLI::App& app) {
 
 void run_train(const TrainOptions& options) {
     const std::string run = run_folder(options);
-    const Config config = effective_config(options);
-    require_extension(run, "a run folder", {});
-    require_free_run(run, options.resume, options.common.force);
-    require_own_outputs(options, config, run);
-    const TrainingResult result = train(options, config, run);
-    if (result.is_stopped) throw_if_interrupted(how_to_go_on(options, run, result.state.epoch));
-    print_out("{}: {} epochs, {} steps, loss {:.6g}; peak memory {:.0f} MiB\n", run,
-              result.state.epoch, result.state.step, result.state.total, peak_memory_mib());
+    // A run may go on with its own configuration, which is then written as it was read.
+    std::vector<std::string> inputs;
+    if (!options.resume) inputs.push_back(options.config);
+    run_training(effective_config(options),
+                 {run, "mscomp train " + options.config, how_to_go_on(options, run), options.resume,
+                  options.common},
+                 std::move(inputs));
 }
 
 }  // namespace mscomp
