@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "canvas.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/render/render.h"
@@ -56,22 +57,9 @@ int rows_for(std::size_t tiles, int columns) {
     return (static_cast<int>(tiles) + columns - 1) / columns;
 }
 
-void paste(Image& sheet, const Image& picture, int left, int top) {
-    for (int row = 0; row < picture.height; ++row) {
-        const auto from =
-            picture.rgb.begin() + static_cast<std::ptrdiff_t>(row) * picture.width * 3;
-        const auto to = (static_cast<std::ptrdiff_t>(top + row) * sheet.width + left) * 3;
-        std::copy(from, from + static_cast<std::ptrdiff_t>(picture.width) * 3,
-                  sheet.rgb.begin() + to);
-    }
-}
-
 void draw_rule(Image& sheet, int row) {
-    for (int column = kSheetMargin; column < sheet.width - kSheetMargin; ++column) {
-        const auto place = at(row * sheet.width + column) * 3;
-        for (std::size_t c = 0; c < 3; ++c)
-            sheet.rgb[place + c] = static_cast<std::uint8_t>(255 * kRule);
-    }
+    constexpr auto kInk = static_cast<std::uint8_t>(255 * kRule);
+    fill(sheet, {kSheetMargin, row, sheet.width - 2 * kSheetMargin, 1}, {kInk, kInk, kInk});
 }
 
 void draw_label(Image& sheet, const SheetTile& tile, int left, int top) {
@@ -94,14 +82,12 @@ Image contact_sheet(const std::vector<SheetTile>& tiles, const std::vector<std::
     const Image& first = tiles.front().image;
     const int column_width = first.width + kSheetGap;
     const int row_height = first.height + kLabelHeight;
-    Image sheet;
-    sheet.width = 2 * kSheetMargin + columns * column_width - kSheetGap;
-    sheet.height = 2 * kSheetMargin + (title.empty() ? 0 : kTitleHeight);
+    int height = 2 * kSheetMargin + (title.empty() ? 0 : kTitleHeight);
     for (const auto& group : groups) {
         if (group.empty()) continue;
-        sheet.height += kHeadingHeight + rows_for(group.size(), columns) * row_height;
+        height += kHeadingHeight + rows_for(group.size(), columns) * row_height;
     }
-    sheet.rgb.assign(at(sheet.width) * at(sheet.height) * 3, 255);
+    Image sheet = blank_picture(2 * kSheetMargin + columns * column_width - kSheetGap, height);
 
     const double text_space = sheet.width - 2 * kSheetMargin;
     int top = kSheetMargin;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "canvas.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 
@@ -42,11 +43,6 @@ std::vector<std::array<float, 3>> colors_of(const ComparedShape& shape, double f
     return colors;
 }
 
-Image empty_picture(int width, int height) {
-    const auto size = at(width) * at(height) * 3;
-    return {width, height, std::vector<std::uint8_t>(size, 255)};
-}
-
 }  // namespace
 
 double largest_distance(std::span<const ComparedShape> shapes) {
@@ -79,7 +75,7 @@ Image error_sheet(const TriangleMesh& reference, std::span<const ComparedShape> 
         tiles.push_back(
             {render_mesh({shape.truth, reference.faces}, {}, view, width, height), shape.name, 0});
         if (!is_finite(shape.result)) {
-            tiles.push_back({empty_picture(width, height), "not finite", 0});
+            tiles.push_back({blank_picture(width, height), "not finite", 0});
             continue;
         }
         tiles.push_back({render_mesh({shape.result, reference.faces}, colors_of(shape, full), view,

@@ -4,20 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/points.h"
 #include "mscomp/render/render.h"
+#include "mscomp/render/viewpoint.h"
 
 namespace mscomp {
 namespace {
 
 constexpr double kMargin = 1.04;
-constexpr double kTurn = 30 * std::numbers::pi / 180;
-constexpr double kElevation = 12 * std::numbers::pi / 180;
-/// How much longer than y another axis has to be to count as up.
-constexpr double kUpright = 2;
+constexpr Viewpoint kAcross{30, 12};
 
 Point combine(double a, const Point& p, double b, const Point& q) {
     return {a * p[0] + b * q[0], a * p[1] + b * q[1], a * p[2] + b * q[2]};
@@ -44,24 +41,6 @@ std::array<Interval, 3> ranges_along(std::span<const Point> vertices,
     return ranges;
 }
 
-std::array<Point, 3> axes_for(const std::array<Interval, 3>& box) {
-    std::size_t up = 1;
-    for (const std::size_t other : {std::size_t{0}, std::size_t{2}}) {
-        const bool upright = box[other].extent() > kUpright * box[1].extent();
-        if (upright && box[other].extent() > box[up].extent()) up = other;
-    }
-    const std::size_t first = (up + 1) % 3, second = (up + 2) % 3;
-    const std::size_t depth = box[first].extent() < box[second].extent() ? first : second;
-    Point up_axis{0, 0, 0}, front{0, 0, 0};
-    up_axis[up] = 1;
-    front[depth] = up == 1 ? 1 : -1;
-    const Point side = cross(up_axis, front);
-    const Point turned = combine(std::cos(kTurn), front, std::sin(kTurn), side);
-    const Point viewer = combine(std::cos(kElevation), turned, std::sin(kElevation), up_axis);
-    const Point right = cross(up_axis, turned);
-    return {right, cross(viewer, right), viewer};
-}
-
 void require_finite(std::span<const Point> vertices) {
     if (vertices.empty()) throw MeshError("render: nothing to look at, the mesh has no vertices");
     for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -78,7 +57,7 @@ void require_finite(std::span<const Point> vertices) {
 View fit_view(std::span<const Point> vertices, double picture_aspect) {
     require_finite(vertices);
     View view;
-    view.axes = axes_for(ranges_along(vertices, view.axes));
+    view.axes = axes_from(stance_of(vertices), kAcross);
     return framed(view, vertices, picture_aspect);
 }
 

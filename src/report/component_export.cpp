@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "component_json.h"
@@ -14,8 +17,8 @@
 #include "mscomp/base/json_text.h"
 #include "mscomp/base/output_folder.h"
 #include "mscomp/base/paths.h"
+#include "mscomp/render/overview.h"
 #include "mscomp/render/render.h"
-#include "mscomp/report/component_sheets.h"
 #include "mscomp/run/component_meshes.h"
 
 namespace mscomp {
@@ -37,7 +40,50 @@ nlohmann::ordered_json describe(const Component& component, const ModelContext& 
         json["file"] = file_name(component);
         json["other_file"] = other_file_name(component);
     }
+    json["largest_displacement"] = json["near_empty"] = json["seen_from"] = nullptr;
     return json;
+}
+
+/// A component in the order of the list, with what is drawn of it.
+struct ListedMotion {
+    const Component* component = nullptr;
+    ShownMotion motion;  // without places of vertices where it is not exported
+};
+
+/// Which of `listed` stand in the overview, rising: those that are drawn and, so that each is
+/// beside its parent, all that they refine. Gives them their parents, as numbers of this selection.
+std::vector<int> shown_with_parents(std::vector<ListedMotion>& listed) {
+    std::map<std::string, int> numbers;
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        numbers[listed[i].component->id] = static_cast<int>(i);
+    }
+    const auto parent_of = [&](int i) {
+        const auto entry = numbers.find(listed[at(i)].component->parent);
+        return entry == numbers.end() ? -1 : entry->second;
+    };
+    std::vector<bool> is_shown(listed.size());
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        if (listed[i].motion.moved.empty()) continue;
+        for (int k = static_cast<int>(i); k >= 0; k = parent_of(k)) is_shown[at(k)] = true;
+    }
+    std::vector<int> shown, place(listed.size(), -1);
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        if (!is_shown[i]) continue;
+        const int parent = parent_of(static_cast<int>(i));
+        listed[i].motion.parent = parent < 0 ? -1 : place[at(parent)];
+        place[i] = static_cast<int>(shown.size());
+        shown.push_back(static_cast<int>(i));
+    }
+    return shown;
+}
+
+/// What the overview says about a component.
+void describe_motion(const OverviewPlan& plan, std::size_t number, nlohmann::ordered_json& json) {
+    const OverviewTile& tile = plan.tiles[number];
+    json["largest_displacement"] = plan.diagonal > 0 ? tile.motion.largest / plan.diagonal : 0;
+    json["near_empty"] = tile.near_empty;
+    json["seen_from"] = {{"azimuth", tile.viewpoint.azimuth},
+                         {"elevation", tile.viewpoint.elevation}};
 }
 
 /// Meshes that an earlier export into this folder names: they would stand beside the new ones.
@@ -71,7 +117,7 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
     drop_earlier_export(folder, output);
 
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    ShownComponents shown;
+    std::vector<ListedMotion> listed;
     int kept = 0;
     for (const int i : strongest_first(components)) {
         const Component& component = components[at(i)];
@@ -79,10 +125,11 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
         const bool has_file = component.kept || options.all;
         list.push_back(describe(component, run.context(), has_file));
         kept += component.kept ? 1 : 0;
+        listed.push_back({&component, {component.id, -1, {}}});
         if (has_file) {
-            shown.components.push_back(&component);
-            shown.shapes.push_back(meshes.colored(component.difference));
-            write_colored_ply(output.path(file_name(component)), meshes.whole(shown.shapes.back()));
+            ColoredShape shape = meshes.colored(component.difference);
+            write_colored_ply(output.path(file_name(component)), meshes.whole(shape));
+            listed.back().motion.moved = std::move(shape.mesh.vertices);
             write_colored_ply(output.path(other_file_name(component)),
                               meshes.whole(meshes.colored(component.other_difference)));
         }
@@ -91,16 +138,30 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
                                 static_cast<std::int64_t>(components.size()));
         }
     }
+    OverviewOptions overview;
+    overview.title = fmt::format("{} components of {}", kept,
+                                 std::filesystem::path(run.context().source).stem().string());
+    overview.tile = options.tile;
+    overview.up = options.up;
+    overview.view = options.view;
+    const std::vector<int> shown = shown_with_parents(listed);
+    std::vector<ShownMotion> motions;
+    for (const int i : shown) motions.push_back(std::move(listed[at(i)].motion));
+    const OverviewPlan plan = plan_overview(run.reference(), motions, overview);
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+        if (!motions[k].moved.empty()) describe_motion(plan, k, list[at(shown[k])]);
+    }
+    write_png(output.path("overview.png"), draw_overview(run.reference(), motions, plan, overview));
+    const nlohmann::ordered_json stance{{"up", axis_name(plan.stance.up)},
+                                        {"up_guessed", plan.is_up_guessed},
+                                        {"front", axis_name(plan.stance.front)}};
     nlohmann::ordered_json report{{"run", run_name},
                                   {"kind", run.config.kind},
                                   {"vertices", run.context().mesh().vertex_count()},
                                   {"kept", kept},
+                                  {"stance", stance},
                                   {"components", list}};
     write_file(output.path("components.json"), json_text(report, 2) + "\n");
-    const std::string title = fmt::format(
-        "{} components of {}", kept, std::filesystem::path(run.context().source).stem().string());
-    write_png(output.path("overview.png"),
-              overview_sheet(title, run, components, shown, options.tile));
     output.commit();
     return report;
 }

@@ -10,22 +10,6 @@
 namespace mscomp {
 namespace {
 
-std::string scale_name(std::size_t level, std::size_t levels) {
-    if (levels == 1) return "one level";
-    return level == 0 ? "coarse" : level + 1 == levels ? "fine" : "middle";
-}
-
-std::vector<std::string> level_headings(const std::vector<Component>& components,
-                                        std::size_t levels, int vertices) {
-    std::vector<std::string> headings{"Reference"};
-    for (std::size_t l = 0; l < levels; ++l) {
-        headings.push_back(fmt::format(
-            "Level {} ({}), mean support {:.0f} % of the vertices", l, scale_name(l, levels),
-            100 * mean_support(components, static_cast<int>(l), vertices)));
-    }
-    return headings;
-}
-
 /// The reference and `shapes` of one view, as many in a row as fit `sheet_width` pixels.
 Image tiled(const std::string& title, const std::vector<std::string>& headings,
             const TriangleMesh& reference, const std::vector<ColoredShape>& shapes,
@@ -41,22 +25,6 @@ Image tiled(const std::string& title, const std::vector<std::string>& headings,
 }
 
 }  // namespace
-
-Image overview_sheet(const std::string& title, const TrainedRun& run,
-                     const std::vector<Component>& components, const ShownComponents& shown,
-                     int longer_side) {
-    constexpr int kSheetWidth = 2600;
-    const int vertices = run.reference().vertex_count();
-    std::vector<SheetTile> labels;
-    for (const Component* component : shown.components) {
-        labels.push_back(
-            {{},
-             fmt::format("{}  {:.0f} %", component->id, 100.0 * component->support / vertices),
-             component->level + 1});
-    }
-    return tiled(title, level_headings(components, run.model->levels().size(), vertices),
-                 run.reference(), shown.shapes, labels, longer_side, kSheetWidth);
-}
 
 Image shapes_sheet(const std::string& title, const std::string& heading,
                    const TriangleMesh& reference, const std::vector<ColoredShape>& shapes,

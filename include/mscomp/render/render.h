@@ -27,11 +27,9 @@ struct View {
 };
 
 /// A view that shows `vertices` well, without being told what they are:
-/// * up is +y, unless the longest extent along a coordinate axis is more than twice that of y: then
-///   that axis is up (a person who stands along x or z, a limb);
-/// * the viewer looks along the shorter of the two other extents (so that the longer one is spread
-///   out): from its positive side where y is up, from its negative side elsewhere, as most
-///   modelling programs have it; turned by 30 degrees about the up axis and 12 degrees from above;
+/// * up and front are guessed (stance_of);
+/// * the viewer is in front (so that the longer extent is spread out), turned by 30 degrees about
+///   the up axis and 12 degrees from above;
 /// * framed so that all vertices fit into a picture of `picture_aspect` = width / height with a
 ///   margin of 4 %.
 /// Throws MeshError if there are no vertices or one is not finite.

@@ -4,15 +4,19 @@
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
+#include "mscomp/render/viewpoint.h"
 #include "mscomp/run/trained_run.h"
 
 namespace mscomp {
 
 struct ComponentExportOptions {
-    bool all = false;  // dropped components too
-    int tile = 300;    // pixels of one picture in the contact sheet
+    bool all = false;               // dropped components too
+    int tile = 240;                 // pixels of one picture in the overview
+    std::optional<Point> up;        // otherwise guessed
+    std::optional<Viewpoint> view;  // of all pictures; otherwise chosen for each
     std::function<void(std::int64_t done, std::int64_t total)> on_progress;  // may be empty
 };
 

@@ -7,23 +7,10 @@
 #include "mscomp/model/components.h"
 #include "mscomp/model/synthesis.h"
 #include "mscomp/run/component_meshes.h"
-#include "mscomp/run/trained_run.h"
 
 namespace mscomp {
 
-/// Components with the end of each that moves the shape more, in the order of a sheet.
-struct ShownComponents {
-    std::vector<const Component*> components;
-    std::vector<ColoredShape> shapes;
-};
-
-/// The contact sheet: the reference, then the components of each level under a heading with the
-/// mean support of all of `components`.
-Image overview_sheet(const std::string& title, const TrainedRun& run,
-                     const std::vector<Component>& components, const ShownComponents& shown,
-                     int longer_side);
-
-/// The reference and some shapes. Here and above `longer_side` is that of one picture, in pixels.
+/// The reference and some shapes. Here and below `longer_side` is that of one picture, in pixels.
 Image shapes_sheet(const std::string& title, const std::string& heading,
                    const TriangleMesh& reference, const std::vector<ColoredShape>& shapes,
                    const std::vector<std::string>& names, int longer_side);

@@ -50,7 +50,9 @@ struct ExportOptions {
     std::string run;
     std::string output;
     bool all = false;  // dropped components too
-    int tile = 300;    // pixels of one picture in the contact sheet
+    int tile = 240;    // pixels of one picture in the overview
+    std::string up;    // empty: guessed
+    std::string view;  // empty: chosen for each component
     CommonOptions common;
 };
 void setup_export(CLI::App& app);

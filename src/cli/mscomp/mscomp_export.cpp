@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 
 #include "cli/progress.h"
 #include "cli/say.h"
@@ -27,6 +28,13 @@ void setup_export(CLI::App& app) {
     command->add_option("--tile", options->tile, "Pixels per side of one component in overview.png")
         ->check(CLI::Range(64, 1024))
         ->capture_default_str();
+    command->add_option("--up", options->up,
+                        "Axis that points up in overview.png: x, y, z, -x, -y or -z (default: y, "
+                        "unless the mesh is more than twice as long along another)");
+    command->add_option("--view", options->view,
+                        "Side that all are seen from in overview.png: front, back, left, right, "
+                        "top, bottom, or azimuth,elevation in degrees (default: for each the one "
+                        "that shows most of its motion)");
     add_force(*command, options->common);
     add_quiet(*command, options->common);
     add_json(*command, options->common);
@@ -36,12 +44,16 @@ void setup_export(CLI::App& app) {
 }
 
 void run_export(const ExportOptions& options) {
+    ComponentExportOptions exported;
+    exported.all = options.all;
+    exported.tile = options.tile;
+    if (!options.up.empty()) exported.up = parse_axis(options.up);
+    if (!options.view.empty()) exported.view = parse_viewpoint(options.view);
     require_extension(options.output, "a folder", {});
     require_free_folder(options.output, options.common.force);
     require_apart(files_of_kind(options.output, {"ply", "json", "png"}), {model_path(options.run)});
     TrainedRun run = open_run(options.run);
     std::optional<Progress> progress;
-    ComponentExportOptions exported{options.all, options.tile, {}};
     exported.on_progress = [&](std::int64_t done, std::int64_t total) {
         if (!progress) progress.emplace("export", total, progress_options(options.common.quiet));
         progress->update(done);
@@ -59,6 +71,10 @@ void run_export(const ExportOptions& options) {
     }
     print_out("{}/overview.png: {} of {} components kept\n", options.output,
               report["kept"].get<int>(), report["components"].size());
+    print_out("  up {}{}, front {}; --up and --view change that\n",
+              report["stance"]["up"].get<std::string>(),
+              report["stance"]["up_guessed"].get<bool>() ? " (a guess)" : "",
+              report["stance"]["front"].get<std::string>());
     print_out("{}/components.json and {} PLY files\n", options.output, files);
 }
 
