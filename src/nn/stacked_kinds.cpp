@@ -155,7 +155,10 @@ std::unique_ptr<LearnedModel> make_stacked(const Config& config, const ModelPlac
     return std::make_unique<Network>(std::move(model), place.scale, config.train);
 }
 
-void stacked_defaults(Config& config) { config.settings = StackedSettings{}; }
+void stacked_defaults(Config& config) {
+    config.settings = StackedSettings{};
+    config.data.metric = FeatureMetric::area;
+}
 
 void autoencoder_defaults(Config& config) {
     StackedSettings settings;

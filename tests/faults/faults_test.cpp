@@ -284,7 +284,7 @@ std::vector<WritingCommand> long_commands() {
     std::erase_if(all, [](const WritingCommand& command) {
         const std::string& verb = command.arguments[1];
         return verb != "train" && verb != "sweep" && verb != "extract" &&
-               verb != "export-components";
+               verb != "export-components" && verb != "refine";
     });
     return all;
 }

@@ -19,6 +19,18 @@ constexpr const char* kConfig =
     "  split: {train: every, step: 2}\n"
     "train: {epochs: 3, checkpoint_every: 1, fill_up_to: 0}\n";
 
+/// Two epochs of each stage.
+constexpr const char* kFit =
+    "model:\n"
+    "  kind: multiscale\n"
+    "  global_components: 1\n"
+    "  levels:\n"
+    "    - {components: 2, sparsity_range: 0.5, max_support: 0.5}\n"
+    "data:\n"
+    "  features: features.safetensors\n"
+    "  split: {train: every, step: 2}\n"
+    "train: {rounds: 2, epochs: 4, checkpoint_every: 1, select: false, fill_up_to: 5}\n";
+
 constexpr const char* kSweep =
     "config: config.yaml\n"
     "points:\n"
@@ -70,6 +82,8 @@ std::vector<WritingCommand> writing_commands() {
                    {"mscomp", "train", "config.yaml", "-o", "out.run", "--resume"},
                    {{"mscomp", "train", "config.yaml", "-o", "out.run", "--set", "train.epochs=1"}},
                    true});
+    add_both(all, "Fit", {"mscomp", "train", "fit.yaml", "-o", "out.run"},
+             {{"mscomp", "train", "fit.yaml", "-o", "out.run", "--set", "train.epochs=3"}});
     add_both(all, "Refine",
              {"mscomp", "refine", "trained.run", "-o", "out.run", "--set", "train.epochs=2"},
              {{"mscomp", "refine", "trained.run", "-o", "out.run", "--set", "train.epochs=1"}});
@@ -97,8 +111,8 @@ std::vector<WritingCommand> writing_commands() {
              {{"mscomp", "synthesize", "trained.run", "--weight", "0=0.5", "-o", "out.obj",
                "--sheet", "out.png", "--strongest", "2", "--tile", "64"}});
     for (WritingCommand& command : all) {
-        if (command.name.starts_with("Train") || command.name.starts_with("Refine")) {
-            command.goes_on = true;
+        for (const char* training : {"Train", "Fit", "Refine"}) {
+            command.goes_on = command.goes_on || command.name.starts_with(training);
         }
         command.is_pair =
             command.name.starts_with("ConvertText") || command.name.starts_with("Synthesize");
@@ -109,6 +123,7 @@ std::vector<WritingCommand> writing_commands() {
 
 void prepare_inputs(const std::string& folder) {
     put(folder + "/config.yaml", kConfig);
+    put(folder + "/fit.yaml", kFit);
     put(folder + "/sweep.yaml", kSweep);
     const std::vector<Arguments> commands{
         {"acapfeat", "generate", "twist", "-o", "meshes", "--frames", "4", "--vertices", "100",
