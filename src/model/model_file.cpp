@@ -173,7 +173,6 @@ struct ModelFile::Content {
         };
         nine("scaler_offset", context.scale.offset);
         nine("scaler_factor", context.scale.factor);
-        read_roots();
         nine("minmax_offset", context.minmax.offset);
         nine("minmax_factor", context.minmax.factor);
         const auto numbers = file.data<double>("largest_distance_and_total", {2});
@@ -195,6 +194,7 @@ struct ModelFile::Content {
         check_faces(path);
         check_shapes(path);
         if (file.contains("place")) read_places(path);
+        read_roots();
     }
 
     /// The reference was read as the files have it.

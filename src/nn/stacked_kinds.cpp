@@ -163,6 +163,7 @@ void stacked_defaults(Config& config) {
 void autoencoder_defaults(Config& config) {
     StackedSettings settings;
     settings.model.levels = {{50, 0.25, {}, {}}};
+    settings.model.bias = true;
     config.settings = settings;
 }
 

@@ -147,7 +147,8 @@ TEST_F(Mscomp, ThreadsDoNotChangeABitOfTheCheckpoint) {
 
 // Killed without warning and resumed ends in the same bytes as a run that was left alone.
 TEST_F(Mscomp, KilledAndResumedIsUninterrupted) {
-    const std::string arguments = "train config.yaml --quiet --threads 1 --set train.epochs=300";
+    const std::string arguments = "train config.yaml --quiet --threads 1 --set train.epochs=300 "
+        "--set train.plateau_epochs=0";
     expect_ok(mscomp(arguments + " -o whole"));
     const Outcome killed = shell(std::string(MSCOMP_BIN_DIR) + "/mscomp " + arguments +
                                  " -o killed & pid=$!\n"

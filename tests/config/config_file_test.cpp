@@ -232,7 +232,7 @@ TEST(ConfigFile, OverridesSetWhatTheyName) {
     EXPECT_EQ(with("data.features=a=b.safetensors").data.features, "a=b.safetensors");
     const Config level = with("model.levels[1].components=7");
     EXPECT_EQ(stacked(level).model.levels[1].components, 7);
-    EXPECT_EQ(stacked(level).model.levels[1].sparsity_range, 0.2);
+    EXPECT_EQ(stacked(level).model.levels[1].sparsity_range, 0.3);
     EXPECT_EQ(stacked(level).model.levels[0].components, 10);
     const Config list = with("model.levels=[{components: 50, sparsity_range: 0.3}]");
     ASSERT_EQ(stacked(list).model.levels.size(), 1u);

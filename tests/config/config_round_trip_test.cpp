@@ -19,7 +19,7 @@ Config config_with_no_default() {
     stacked(c).model.tied = nn::Tied::none;
     stacked(c).model.latent_activation = nn::Activation::tanh;
     stacked(c).model.decoder_fc_activation = nn::Activation::tanh;
-    stacked(c).model.bias = false;
+    stacked(c).model.bias = true;
     stacked(c).model.mask_power = 4.25;
     stacked(c).model.mask_epsilon = 3e-9;
     stacked(c).model.levels.resize(3);

@@ -11,7 +11,7 @@ namespace mscomp::nn {
 template <class T>
 void Autoencoder<T>::add_up(Tape<T>& tape) {
     sum_.resize(at(source_size()));
-    std::vector<double> squares(at(chunk_count(vertices_)), 0.0);
+    sum_squares_.resize(at(chunk_count(vertices_)));
     for_each_chunk(1, vertices_, [&](std::int64_t, std::int64_t chunk, int b, int e) {
         const std::int64_t first = b * row_size(), last = e * row_size();
         std::fill(sum_.begin() + first, sum_.begin() + last, T{0});
@@ -25,10 +25,10 @@ void Autoencoder<T>::add_up(Tape<T>& tape) {
             const auto left = static_cast<double>(sum_[at(i)]);
             sum += static_cast<double>(lane_mask_.weight[at(i % lanes_)]) * left * left;
         }
-        squares[at(chunk)] = sum;
+        sum_squares_[at(chunk)] = sum;
     });
     double error = 0;
-    for (const double of_chunk : squares) error += of_chunk;
+    for (const double of_chunk : sum_squares_) error += of_chunk;
     tape.value(outputs_.sum_error)[0] = static_cast<T>(error / lane_mask_.active);
 }
 
