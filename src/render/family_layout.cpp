@@ -28,15 +28,38 @@ class FamilyPlacer {
         }
         if (!alone.empty()) {
             const int rows = put_side_by_side(alone, 0, 0);
-            layout_.families.push_back({-1, 0, rows, static_cast<int>(alone.size())});
+            const int used = std::min(columns_, static_cast<int>(alone.size()));
+            layout_.families.push_back({-1, 0, rows, 0, used, static_cast<int>(alone.size())});
             layout_.rows = rows;
         }
+        int shelf = layout_.rows, taken = 0;  // where the next family may stand
         for (std::size_t i = 0; i < parents_.size(); ++i) {
             if (parents_[i] >= 0 || children_[i].empty()) continue;
             const int root = static_cast<int>(i);
-            const int rows = put(root, layout_.rows, 0);
-            layout_.families.push_back({root, layout_.rows, rows, members(root)});
-            layout_.rows += rows;
+            const std::size_t branches = layout_.branches.size();
+            const int rows = put(root, 0, 0);
+            const std::vector<int> family = all_below(root);
+            int used = 0;
+            for (const int node : family) {
+                used = std::max(used, layout_.places[at(node)].column + 1);
+            }
+            if (taken + used > columns_) {
+                shelf = layout_.rows;
+                taken = 0;
+            }
+            for (const int node : family) {
+                layout_.places[at(node)].row += shelf;
+                layout_.places[at(node)].column += taken;
+            }
+            for (std::size_t b = branches; b < layout_.branches.size(); ++b) {
+                layout_.branches[b].column += taken;
+                layout_.branches[b].first_row += shelf;
+                layout_.branches[b].last_row += shelf;
+            }
+            layout_.families.push_back(
+                {root, shelf, rows, taken, used, static_cast<int>(family.size())});
+            layout_.rows = std::max(layout_.rows, shelf + rows);
+            taken += used;
         }
         for (const GridPlace& place : layout_.places) {
             layout_.columns = std::max(layout_.columns, place.column + 1);
@@ -75,10 +98,13 @@ class FamilyPlacer {
         return next - row;
     }
 
-    int members(int node) const {
-        int count = 1;
-        for (const int child : children_[at(node)]) count += members(child);
-        return count;
+    std::vector<int> all_below(int node) const {
+        std::vector<int> all{node};
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const std::vector<int>& children = children_[at(all[k])];
+            all.insert(all.end(), children.begin(), children.end());
+        }
+        return all;
     }
 
     std::span<const int> parents_;
