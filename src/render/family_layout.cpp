@@ -11,6 +11,11 @@
 namespace mscomp {
 namespace {
 
+/// Rows in which families stand beside each other, as many as the first of them has.
+struct Shelf {
+    int first_row = 0, rows = 0, taken = 0;  // columns taken from the left
+};
+
 class FamilyPlacer {
   public:
     FamilyPlacer(std::span<const int> parents, int columns)
@@ -32,7 +37,7 @@ class FamilyPlacer {
             layout_.families.push_back({-1, 0, rows, 0, used, static_cast<int>(alone.size())});
             layout_.rows = rows;
         }
-        int shelf = layout_.rows, taken = 0;  // where the next family may stand
+        std::vector<Shelf> shelves;
         for (std::size_t i = 0; i < parents_.size(); ++i) {
             if (parents_[i] >= 0 || children_[i].empty()) continue;
             const int root = static_cast<int>(i);
@@ -43,23 +48,25 @@ class FamilyPlacer {
             for (const int node : family) {
                 used = std::max(used, layout_.places[at(node)].column + 1);
             }
-            if (taken + used > columns_) {
-                shelf = layout_.rows;
-                taken = 0;
+            auto shelf = std::ranges::find_if(shelves, [&](const Shelf& one) {
+                return one.taken + used <= columns_ && rows <= one.rows;
+            });
+            if (shelf == shelves.end()) {
+                shelf = shelves.insert(shelf, Shelf{layout_.rows, rows, 0});
+                layout_.rows += rows;
             }
             for (const int node : family) {
-                layout_.places[at(node)].row += shelf;
-                layout_.places[at(node)].column += taken;
+                layout_.places[at(node)].row += shelf->first_row;
+                layout_.places[at(node)].column += shelf->taken;
             }
             for (std::size_t b = branches; b < layout_.branches.size(); ++b) {
-                layout_.branches[b].column += taken;
-                layout_.branches[b].first_row += shelf;
-                layout_.branches[b].last_row += shelf;
+                layout_.branches[b].column += shelf->taken;
+                layout_.branches[b].first_row += shelf->first_row;
+                layout_.branches[b].last_row += shelf->first_row;
             }
-            layout_.families.push_back(
-                {root, shelf, rows, taken, used, static_cast<int>(family.size())});
-            layout_.rows = std::max(layout_.rows, shelf + rows);
-            taken += used;
+            layout_.families.push_back({root, shelf->first_row, rows, shelf->taken, used,
+                                        static_cast<int>(family.size())});
+            shelf->taken += used;
         }
         for (const GridPlace& place : layout_.places) {
             layout_.columns = std::max(layout_.columns, place.column + 1);

@@ -59,7 +59,8 @@ TEST(Overview, SeesAPlateWithABumpFromWhereItFaces) {
     EXPECT_GT(plan.tiles[0].zoom.axes[2][2], 0.9);
 }
 
-// What moves on one side of a ball is hidden from the other.
+// What moves on one side of a ball is hidden from the other. 45 degrees aside may show more: there
+// part of the motion is in the picture.
 TEST(Overview, SeesABallFromTheSideThatMoves) {
     const TriangleMesh ball = shapes::icosphere(4);
     const std::vector<Point> sides{{0, 0, 1}, {1, 0, 0}, {0, 0, -1}, {-1, 0, 0}, {0, 1, 0}};
@@ -67,7 +68,7 @@ TEST(Overview, SeesABallFromTheSideThatMoves) {
     for (const Point& side : sides) motions.push_back({"", -1, bump(ball, side, 0.6, side, 0.1)});
     const OverviewPlan plan = plan_overview(ball, motions, {});
     for (std::size_t i = 0; i < sides.size(); ++i) {
-        EXPECT_GT(dot(plan.tiles[i].zoom.axes[2], sides[i]), 0.8) << i;
+        EXPECT_GT(dot(plan.tiles[i].zoom.axes[2], sides[i]), 0.65) << i;
     }
 }
 
