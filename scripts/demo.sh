@@ -37,7 +37,7 @@ printf '  %s\n' "${summary[@]}"
 cat <<END
 
 Done. Look at
-  demo/components/overview.png      all components, coarse to fine, blue where they act
+  demo/components/overview.png      all components, each beside the one it refines, blue where it moves
   demo/components/*.ply             each one as a coloured mesh
   demo/synthesis.png                the three strongest, a third of the way, most of it and beyond
   demo/measures/errors.png          the worst of the shapes that were not trained on

@@ -11,6 +11,11 @@
 namespace mscomp {
 namespace {
 
+/// Rows in which families stand beside each other, as many as the first of them has.
+struct Shelf {
+    int first_row = 0, rows = 0, taken = 0;  // columns taken from the left
+};
+
 class FamilyPlacer {
   public:
     FamilyPlacer(std::span<const int> parents, int columns)
@@ -28,15 +33,40 @@ class FamilyPlacer {
         }
         if (!alone.empty()) {
             const int rows = put_side_by_side(alone, 0, 0);
-            layout_.families.push_back({-1, 0, rows, static_cast<int>(alone.size())});
+            const int used = std::min(columns_, static_cast<int>(alone.size()));
+            layout_.families.push_back({-1, 0, rows, 0, used, static_cast<int>(alone.size())});
             layout_.rows = rows;
         }
+        std::vector<Shelf> shelves;
         for (std::size_t i = 0; i < parents_.size(); ++i) {
             if (parents_[i] >= 0 || children_[i].empty()) continue;
             const int root = static_cast<int>(i);
-            const int rows = put(root, layout_.rows, 0);
-            layout_.families.push_back({root, layout_.rows, rows, members(root)});
-            layout_.rows += rows;
+            const std::size_t branches = layout_.branches.size();
+            const int rows = put(root, 0, 0);
+            const std::vector<int> family = all_below(root);
+            int used = 0;
+            for (const int node : family) {
+                used = std::max(used, layout_.places[at(node)].column + 1);
+            }
+            auto shelf = std::ranges::find_if(shelves, [&](const Shelf& one) {
+                return one.taken + used <= columns_ && rows <= one.rows;
+            });
+            if (shelf == shelves.end()) {
+                shelf = shelves.insert(shelf, Shelf{layout_.rows, rows, 0});
+                layout_.rows += rows;
+            }
+            for (const int node : family) {
+                layout_.places[at(node)].row += shelf->first_row;
+                layout_.places[at(node)].column += shelf->taken;
+            }
+            for (std::size_t b = branches; b < layout_.branches.size(); ++b) {
+                layout_.branches[b].column += shelf->taken;
+                layout_.branches[b].first_row += shelf->first_row;
+                layout_.branches[b].last_row += shelf->first_row;
+            }
+            layout_.families.push_back({root, shelf->first_row, rows, shelf->taken, used,
+                                        static_cast<int>(family.size())});
+            shelf->taken += used;
         }
         for (const GridPlace& place : layout_.places) {
             layout_.columns = std::max(layout_.columns, place.column + 1);
@@ -75,10 +105,13 @@ class FamilyPlacer {
         return next - row;
     }
 
-    int members(int node) const {
-        int count = 1;
-        for (const int child : children_[at(node)]) count += members(child);
-        return count;
+    std::vector<int> all_below(int node) const {
+        std::vector<int> all{node};
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const std::vector<int>& children = children_[at(all[k])];
+            all.insert(all.end(), children.begin(), children.end());
+        }
+        return all;
     }
 
     std::span<const int> parents_;

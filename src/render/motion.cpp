@@ -91,9 +91,15 @@ std::vector<double> motion_from_viewpoints(const TriangleMesh& reference,
 }
 
 Viewpoint most_telling(const std::vector<double>& shown) {
-    const auto best = std::ranges::max_element(shown);
-    if (!(*best > kWorthTurning * shown.front())) return tried_viewpoints().front();
-    return tried_viewpoints()[static_cast<std::size_t>(best - shown.begin())];
+    std::size_t best = 0;
+    double most = shown.front();
+    for (std::size_t i = 1; i < shown.size(); ++i) {
+        const double weighed = shown[i] / (i < kAzimuths ? kWorthTurning : kWorthRising);
+        if (!(weighed > most)) continue;
+        most = weighed;
+        best = i;
+    }
+    return tried_viewpoints()[best];
 }
 
 void face_motion(Stance& stance, std::vector<std::vector<double>>& shown) {

@@ -42,15 +42,19 @@ std::vector<std::array<float, 3>> colors_of_motion(const Motion& motion, const O
     return colors;
 }
 
-/// Where what `zoom` shows lies in a picture of `whole`, both of the same direction.
+/// Where what `zoom` shows lies in a picture of `whole`, both of the same direction, as far as it
+/// is in the picture.
 Box seen_box(const View& zoom, const View& whole, int width, int height) {
     const double scale = 0.5 * std::min(width, height) / whole.half_extent;
     const Point offset = minus(zoom.center, whole.center);
     const double x = 0.5 * width + scale * dot(offset, whole.axes[0]);
     const double y = 0.5 * height - scale * dot(offset, whole.axes[1]);
     const double half = scale * zoom.half_extent;
-    return {static_cast<int>(std::lround(x - half)), static_cast<int>(std::lround(y - half)),
-            static_cast<int>(std::lround(2 * half)), static_cast<int>(std::lround(2 * half))};
+    const auto pixel = [](double place, int size) {
+        return static_cast<int>(std::lround(std::clamp(place, 0.0, static_cast<double>(size))));
+    };
+    const int left = pixel(x - half, width), top = pixel(y - half, height);
+    return {left, top, pixel(x + half, width) - left, pixel(y + half, height) - top};
 }
 
 Image tile_picture(const TriangleMesh& reference, const std::vector<Point>& moved,
@@ -92,7 +96,7 @@ void draw_caption(Image& sheet, int left, int baseline, const std::string& name,
               kCaptionCaps - 1, kPale);
 }
 
-void draw_bar(Image& sheet, const OverviewPlan& plan, int left, int top) {
+void draw_scale(Image& sheet, const OverviewPlan& plan, int left, int top) {
     for (int x = 0; x < kBarWidth; ++x) {
         const auto color = white_to_blue((static_cast<float>(x) + 0.5F) / kBarWidth);
         Ink ink{};
@@ -130,15 +134,16 @@ void draw_header(Image& sheet, const TriangleMesh& reference, const OverviewPlan
                   kDark);
     };
     line(14, "Displacement of each vertex, in % of the diagonal of the bounding box");
-    draw_bar(sheet, plan, left, top + 26);
+    draw_scale(sheet, plan, left, top + 26);
     line(94, "One component each, alone, at the end that moves the shape more.");
     line(118, "Zoomed to what moves; beside it the whole, with that place marked.");
     line(142, "Below: the largest displacement, and the side it is seen from (the viewer's).");
     line(166, "Lines lead from a component to those that refine it.");
     line(190, fmt::format("Greyed: moves less than {:g} % of the one that moves most.",
                           100 * kNearEmptyShare));
-    line(214, fmt::format("Up is {}{}, the front is {}.", axis_name(plan.stance.up),
-                          plan.is_up_guessed ? " (a guess)" : "", axis_name(plan.stance.front)));
+    line(214, fmt::format("Up is {}{}, the front, where the reference is seen from, {}.",
+                          axis_name(plan.stance.up), plan.is_up_guessed ? " (a guess)" : "",
+                          axis_name(plan.stance.front)));
 }
 
 /// Pixels of grid places, below the header.
@@ -188,16 +193,15 @@ Image draw_overview(const TriangleMesh& reference, std::span<const ShownMotion> 
             tile_picture(reference, motions[at(i)].moved, plan.tiles[at(i)], plan, size);
     });
 
-    SheetGrid grid{size, {}};
+    SheetGrid grid{size, std::vector<int>(at(plan.layout.rows), 0)};
     int height = kEdge + kTopHeight + kHeaderHeight;
-    std::vector<int> heading_tops;
-    for (const Family& family : plan.layout.families) {
-        heading_tops.push_back(height);
-        height += kFamilyHeading;
-        for (int row = 0; row < family.rows; ++row) {
-            grid.row_tops.push_back(height);
-            height += size.height();
+    for (int row = 0; row < plan.layout.rows; ++row) {
+        if (std::ranges::any_of(plan.layout.families,
+                                [row](const Family& f) { return f.first_row == row; })) {
+            height += kFamilyHeading;
         }
+        grid.row_tops[at(row)] = height;
+        height += size.height();
     }
     const int width = grid.left(plan.layout.columns) - kTileGap + kEdge;
     Image sheet = blank_picture(std::max(kLeastWidth, width), height + kEdge);
@@ -206,11 +210,13 @@ Image draw_overview(const TriangleMesh& reference, std::span<const ShownMotion> 
     draw_text(sheet, kEdge, kEdge + kTopCaps, text_cut_to(options.title, kTopCaps, space), kTopCaps,
               kDark);
     draw_header(sheet, reference, plan, kEdge + kTopHeight);
-    for (std::size_t f = 0; f < heading_tops.size(); ++f) {
-        const std::string heading = family_heading(plan.layout.families[f], motions);
-        draw_text(sheet, kEdge, heading_tops[f] + 20, text_cut_to(heading, kFamilyCaps, space),
-                  kFamilyCaps, kDark);
-        fill(sheet, {kEdge, heading_tops[f] + 30, sheet.width - 2 * kEdge, 1}, kRuleInk);
+    for (const Family& family : plan.layout.families) {
+        const int left = grid.left(family.column), top = grid.top(family.first_row);
+        const int wide = family.columns * (size.width() + kTileGap) - kTileGap;
+        draw_text(sheet, left, top - kFamilyHeading + 20,
+                  text_cut_to(family_heading(family, motions), kFamilyCaps, wide), kFamilyCaps,
+                  kDark);
+        fill(sheet, {left, top - kFamilyHeading + 30, wide, 1}, kRuleInk);
     }
     for (std::size_t i = 0; i < motions.size(); ++i) {
         const GridPlace& place = plan.layout.places[i];

@@ -42,6 +42,28 @@ Surroundings surroundings_of(std::span<const Point> reference, std::span<const P
     return around;
 }
 
+/// 1 or -1 where the corners of faces seen from outside go round counterclockwise or clockwise, 0
+/// where the mesh has no inside to speak of: what is open to one side has none.
+int outside_of(const TriangleMesh& mesh) {
+    const Point center = centroid(mesh.vertices);
+    double volume = 0, area = 0;
+    Point open{0, 0, 0};
+    for (const Face& face : mesh.faces) {
+        const Point a = minus(mesh.vertices[at(face[0])], center);
+        const Point b = minus(mesh.vertices[at(face[1])], center);
+        const Point c = minus(mesh.vertices[at(face[2])], center);
+        const Point normal = cross(minus(b, a), minus(c, a));
+        for (std::size_t k = 0; k < 3; ++k) open[k] += normal[k] / 2;
+        volume += dot(a, cross(b, c)) / 6;
+        area += std::hypot(normal[0], normal[1], normal[2]) / 2;
+    }
+    constexpr double kSome = 0.01;  // of area^1.5; a ball has 0.094
+    constexpr double kOpenSide = 0.3;
+    if (std::hypot(open[0], open[1], open[2]) > kOpenSide * area) return 0;
+    if (!(std::abs(volume) > kSome * area * std::sqrt(area))) return 0;
+    return volume > 0 ? 1 : -1;
+}
+
 /// The nearest face at each sample.
 struct FaceGrid {
     std::vector<double> depth = std::vector<double>(static_cast<std::size_t>(kGrid) * kGrid,
@@ -93,12 +115,17 @@ double visible_motion(const TriangleMesh& reference, std::span<const Point> move
         const Face& face = reference.faces[f];
         grid.draw(static_cast<int>(f), seen[at(face[0])], seen[at(face[1])], seen[at(face[2])]);
     }
+    const int outside = outside_of(reference);
     double sum = 0;
     const double least = kMovingShare * motion.largest;
     for (const int f : grid.face) {
         if (f < 0) continue;
+        const Face& face = reference.faces[at(f)];
+        const Point &a = seen[at(face[0])], &b = seen[at(face[1])], &c = seen[at(face[2])];
+        const double turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if (turn * outside < 0) continue;
         Point move{0, 0, 0};
-        for (const int v : reference.faces[at(f)]) {
+        for (const int v : face) {
             if (motion.amount[at(v)] < least) continue;
             const Point way = minus(moved[at(v)], reference.vertices[at(v)]);
             for (std::size_t k = 0; k < 3; ++k) move[k] += way[k] / 3;

@@ -119,6 +119,23 @@ TEST_F(Mscomp, TrainsExportsAndReconstructs) {
         EXPECT_EQ(mesh.vertex_count(), 162);
     }
     EXPECT_THAT(read_file(path("components/overview.png")), testing::StartsWith("\x89PNG"));
+    EXPECT_TRUE(list.at("stance").at("up_guessed").get<bool>());
+    for (const auto& component : list.at("components")) {
+        EXPECT_GT(component.at("largest_displacement").get<double>(), 0);
+        EXPECT_TRUE(component.at("near_empty").is_boolean());
+        EXPECT_TRUE(component.at("seen_from").contains("azimuth"));
+    }
+    expect_ok(mscomp("export-components run -o turned --quiet --up=-z --view 30,10"));
+    const auto turned = nlohmann::json::parse(read_file(path("turned/components.json")));
+    EXPECT_EQ(turned.at("stance").at("up"), "-z");
+    for (const auto& component : turned.at("components")) {
+        if (component.at("file").is_null()) continue;
+        EXPECT_EQ(component.at("seen_from").at("azimuth"), 30);
+    }
+    const Outcome wrong = mscomp("export-components run -o wrong --view sideways");
+    EXPECT_EQ(wrong.code, 1);
+    EXPECT_THAT(wrong.err, testing::HasSubstr("--view: got 'sideways', wanted front, back"));
+    EXPECT_FALSE(fs::exists(path("wrong")));
 
     const Outcome decoded =
         mscomp("reconstruct run set.safetensors -o decoded --split test --json --quiet");

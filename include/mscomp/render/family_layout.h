@@ -23,13 +23,14 @@ struct Branch {
 struct Family {
     int root = -1;  // -1: the nodes that have neither parent nor children
     int first_row = 0, rows = 0;
+    int column = 0, columns = 0;
     int members = 0;
 };
 
 /// Places of nodes in a grid.
 struct FamilyLayout {
     std::vector<GridPlace> places;  // of every node
-    std::vector<Family> families;   // from the top
+    std::vector<Family> families;   // in the order of their roots
     std::vector<Branch> branches;   // one for every node with children
     int rows = 0, columns = 0;      // that are used
 };
@@ -37,7 +38,8 @@ struct FamilyLayout {
 /// Every parent with its children to its right, from its own row on: first those that have children
 /// themselves, one below the other, then the others side by side, in as many rows as they need. No
 /// two nodes share a place. Children beyond the last column begin below their parent. Nodes that
-/// have neither parent nor children come first, in rows of their own. Order is kept otherwise.
+/// have neither parent nor children come first, in rows of their own; a family
+/// stands beside earlier ones where these leave room for it. Order is kept otherwise.
 /// `parents`: of each node the number of its parent, which stands before it, or -1. Throws
 /// UsageError for other parents, or less than one column.
 FamilyLayout family_layout(std::span<const int> parents, int columns);

@@ -32,9 +32,9 @@ View zoomed(const View& view, std::span<const Point> reference, std::span<const 
 
 /// How much of the motion is seen along the axes of `view`: the integral over the picture of the
 /// moving vertices of what is in front there of (|d| + |d in the picture|) / 2, d being the
-/// displacement, in mesh units cubed. Motion that is hidden, or on faces seen edge-on, does not
-/// count, motion towards the viewer counts half. Pictures of 64 x 64 samples; the same scale for
-/// all directions.
+/// displacement, in mesh units cubed. Motion that is hidden, on faces seen edge-on, or on the
+/// inside of what encloses a volume does not count, motion towards the viewer counts half. Pictures
+/// of 64 x 64 samples; the same scale for all directions.
 double visible_motion(const TriangleMesh& reference, std::span<const Point> moved,
                       const Motion& motion, const std::array<Point, 3>& axes);
 
@@ -47,15 +47,16 @@ std::vector<double> motion_from_viewpoints(const TriangleMesh& reference,
                                            std::span<const Point> moved, const Motion& motion,
                                            const Stance& stance);
 
-/// A view other than the front has to show this much more, so that pictures stay alike.
-constexpr double kWorthTurning = 1.2;
+/// A view other than the front has to show this much more, so that pictures stay alike, and one
+/// from far above or below that much.
+constexpr double kWorthTurning = 1.2, kWorthRising = 2;
 
-/// The front, or the viewpoint that shows most where that is more than kWorthTurning as much.
+/// The viewpoint that shows most, weighed so.
 Viewpoint most_telling(const std::vector<double>& shown);
 
 /// Turns `stance` by quarters about its up axis to where `shown`, one list per motion, is largest
-/// in all, each list counting alike; only for more than kWorthTurning as much. Turns the lists with
-/// it.
+/// in all, each list counting alike; only for more than kWorthTurning times as much. Turns the
+/// lists with it.
 void face_motion(Stance& stance, std::vector<std::vector<double>>& shown);
 
 }  // namespace mscomp

@@ -14,7 +14,7 @@
 namespace mscomp {
 
 /// What moves less than this share of the motion that moves most is near-empty.
-constexpr double kNearEmptyShare = 0.01;
+constexpr double kNearEmptyShare = 0.03;
 
 /// One component as it is drawn.
 struct ShownMotion {
