@@ -325,8 +325,9 @@ void Autoencoder<T>::add_output(Tape<T>& tape, int a, T sign, int begin, int end
         const int slot = active.slot_of[at(v)];
         T* sum = rows + v * row_size();
         if (slot < 0) {
-            for (std::int64_t i = 0; i < row_size(); ++i) {
-                sum[i] += sign * work_[at(a)].constant[at(i / lanes_)];
+            for (int c = 0; c < kFeatureDim; ++c) {
+                const T constant = sign * work_[at(a)].constant[at(c)];
+                for (int l = 0; l < lanes_ && constant != 0; ++l) sum[c * lanes_ + l] += constant;
             }
             continue;
         }

@@ -21,9 +21,13 @@ void Autoencoder<T>::add_up(Tape<T>& tape) {
         }
         for (int a = 0; a < autoencoders_; ++a) add_output(tape, a, T{-1}, b, e, sum_.data());
         double sum = 0;
-        for (std::int64_t i = first; i < last; ++i) {
-            const auto left = static_cast<double>(sum_[at(i)]);
-            sum += static_cast<double>(lane_mask_.weight[at(i % lanes_)]) * left * left;
+        for (std::int64_t row = first; row < last; row += lanes_) {
+            T squares = 0;
+            for (int l = 0; l < lanes_; ++l) {
+                const T left = sum_[at(row + l)];
+                squares += lane_mask_.weight[at(l)] * left * left;
+            }
+            sum += static_cast<double>(squares);
         }
         sum_squares_[at(chunk)] = sum;
     });
@@ -37,15 +41,15 @@ void Autoencoder<T>::sum_to_gradient(Tape<T>& tape) {
     const T factor_of_sum = factor(tape.grad(outputs_.sum_error)[0]);
     sum_grads_.resize(has_constant_rest_ ? at(vertices_) : 0);
     for_each_chunk(1, vertices_, [&](std::int64_t, std::int64_t, int b, int e) {
-        for (std::int64_t i = b * row_size(); i < e * row_size(); ++i) {
-            sum_[at(i)] *= factor_of_sum * lane_mask_.weight[at(i % lanes_)];
-        }
-        for (std::int64_t v = b; has_constant_rest_ && v < e; ++v) {
-            std::array<double, kFeatureDim>& sums = sum_grads_[at(v)];
-            sums = {};
-            for (std::int64_t i = 0; i < row_size(); ++i) {
-                sums[at(i / lanes_)] += static_cast<double>(sum_[at(v * row_size() + i)]);
+        for (std::int64_t row = b * kFeatureDim; row < std::int64_t{e} * kFeatureDim; ++row) {
+            T* values = sum_.data() + row * lanes_;
+            T sum = 0;
+            for (int l = 0; l < lanes_; ++l) {
+                values[l] *= factor_of_sum * lane_mask_.weight[at(l)];
+                sum += values[l];
             }
+            if (!has_constant_rest_) continue;
+            sum_grads_[at(row / kFeatureDim)][at(row % kFeatureDim)] = static_cast<double>(sum);
         }
     });
 }
