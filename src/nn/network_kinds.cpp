@@ -30,6 +30,7 @@ Table network_train_keys(TrainConfig& train) {
         {"supports", &train.supports, {}, "leave out vertices where nothing acts: faster"},
         {"fill_up_to", &train.fill_up_to, Bounds{0, 4096},
          "fewer shapes are joined by locally mixed ones; 0: never"},
+        {"fill_below", &train.fill_below, Bounds{0, 4096}, "but so many shapes and more never"},
         {"plateau_epochs", &train.plateau_epochs, kCountOrNone,
          "ends when so many epochs gain too little; 0: never"},
         {"plateau_gain", &train.plateau_gain, kUnitRange, "part of the error that is too little"},

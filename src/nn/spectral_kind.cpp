@@ -82,7 +82,10 @@ std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place
                                      Network::Prior::normal);
 }
 
-void set_defaults(Config& config) { config.settings = SpectralSettings{}; }
+void set_defaults(Config& config) {
+    config.settings = SpectralSettings{};
+    config.train.fill_below = 24;
+}
 
 }  // namespace
 

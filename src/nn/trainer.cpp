@@ -36,6 +36,7 @@ std::span<const int> batch_of(const std::vector<int>& order, std::size_t first, 
 
 int epoch_size(const TrainConfig& config, int shapes, int vertices) {
     constexpr int kLargeMesh = 200000;
+    if (shapes >= config.fill_below) return shapes;
     const int wanted =
         vertices > kLargeMesh ? std::min(config.fill_up_to, lane_count(shapes)) : config.fill_up_to;
     return std::max(shapes, wanted);

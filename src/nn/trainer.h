@@ -16,8 +16,8 @@
 namespace mscomp::nn {
 
 /// Shapes in an epoch of training on `shapes` of a mesh of `vertices`: fewer than
-/// TrainConfig::fill_up_to are filled up by mixed ones; beyond 200,000 vertices only as far as
-/// lanes are there anyway, since memory is what such meshes lack.
+/// TrainConfig::fill_up_to and than fill_below are filled up by mixed ones; beyond 200,000 vertices
+/// only as far as lanes are there anyway, since memory is what such meshes lack.
 int epoch_size(const TrainConfig& config, int shapes, int vertices);
 
 /// Trains a model of any kind. A step is a function of the parameters, the moments,

@@ -133,7 +133,7 @@ TEST_F(Mscomp, TrainsExportsAndReconstructs) {
         EXPECT_EQ(component.at("seen_from").at("azimuth"), 30);
     }
     const Outcome wrong = mscomp("export-components run -o wrong --view sideways");
-    EXPECT_EQ(wrong.code, 1);
+    EXPECT_EQ(wrong.code, 2);
     EXPECT_THAT(wrong.err, testing::HasSubstr("--view: got 'sideways', wanted front, back"));
     EXPECT_FALSE(fs::exists(path("wrong")));
 
@@ -164,7 +164,8 @@ TEST_F(Mscomp, ThreadsDoNotChangeABitOfTheCheckpoint) {
 
 // Killed without warning and resumed ends in the same bytes as a run that was left alone.
 TEST_F(Mscomp, KilledAndResumedIsUninterrupted) {
-    const std::string arguments = "train config.yaml --quiet --threads 1 --set train.epochs=300 "
+    const std::string arguments =
+        "train config.yaml --quiet --threads 1 --set train.epochs=300 "
         "--set train.plateau_epochs=0";
     expect_ok(mscomp(arguments + " -o whole"));
     const Outcome killed = shell(std::string(MSCOMP_BIN_DIR) + "/mscomp " + arguments +

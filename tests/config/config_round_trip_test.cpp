@@ -56,6 +56,7 @@ Config config_with_no_default() {
     c.train.sparsity_step = SparsityStep::subgradient;
     c.train.supports = false;
     c.train.fill_up_to = 7;
+    c.train.fill_below = 5;
     c.train.plateau_epochs = 3;
     c.train.plateau_gain = 0.375;
     c.train.checkpoint_every = 9;
@@ -120,6 +121,7 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(r.train.sparsity_step, c.train.sparsity_step);
         EXPECT_EQ(r.train.supports, c.train.supports);
         EXPECT_EQ(r.train.fill_up_to, c.train.fill_up_to);
+        EXPECT_EQ(r.train.fill_below, c.train.fill_below);
         EXPECT_EQ(r.train.plateau_epochs, c.train.plateau_epochs);
         EXPECT_EQ(r.train.plateau_gain, c.train.plateau_gain);
         EXPECT_EQ(r.train.checkpoint_every, c.train.checkpoint_every);

@@ -49,6 +49,9 @@ TEST_F(MixedTrainingTest, EpochsAreFilledUp) {
     // Large meshes take the lanes that are there: 20 shapes have 32.
     EXPECT_EQ(epoch_size(config, 20, 200000), 48);
     EXPECT_EQ(epoch_size(config, 20, 200001), 32);
+    config.fill_below = 24;
+    EXPECT_EQ(epoch_size(config, 23, 1000), 48);
+    EXPECT_EQ(epoch_size(config, 24, 1000), 24);
     config.fill_up_to = 0;
     EXPECT_EQ(epoch_size(config, 1, 1000), 1);
 }

@@ -51,6 +51,7 @@ struct TrainConfig {
     /// Fewer training shapes than this are joined by mixed ones (learning/mixed_features.h), others
     /// every eight epochs; 0: never. Lanes come in sixteens, so that up to 48 cost what 36 do.
     int fill_up_to = 48;
+    int fill_below = 4096;  // so many training shapes and more are never joined by mixed ones
     /// Training ends when the mean error of so many epochs is less than `plateau_gain` of it below
     /// that of as many before; 0: never before the last epoch.
     int plateau_epochs = 100;
