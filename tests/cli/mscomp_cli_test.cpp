@@ -133,7 +133,7 @@ TEST_F(Mscomp, TrainsExportsAndReconstructs) {
         EXPECT_EQ(component.at("seen_from").at("azimuth"), 30);
     }
     const Outcome wrong = mscomp("export-components run -o wrong --view sideways");
-    EXPECT_EQ(wrong.code, 1);
+    EXPECT_EQ(wrong.code, 2);
     EXPECT_THAT(wrong.err, testing::HasSubstr("--view: got 'sideways', wanted front, back"));
     EXPECT_FALSE(fs::exists(path("wrong")));
 
