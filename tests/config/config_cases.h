@@ -2,6 +2,7 @@
 // The kinds' own settings of a configuration.
 #pragma once
 
+#include "mscomp/config/config_file.h"
 #include "mscomp/model/config.h"
 #include "mscomp/nn/config.h"
 #include "mscomp/nn/spectral_config.h"
