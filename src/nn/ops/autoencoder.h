@@ -152,7 +152,7 @@ class Autoencoder final : public Op<T> {
     /// sum_p source_p - sum_a output_a, (V,9,lanes); from the start of backward minus the gradient
     /// of its squared error with respect to each output.
     AlignedVector<T> sum_;
-    std::vector<double> sum_squares_;                          // per chunk of vertices
+    std::vector<double> sum_squares_;                         // per chunk of vertices
     std::vector<std::array<double, kFeatureDim>> sum_grads_;  // (V) of sum_, over the lanes
     std::vector<ConstantRest> rest_;                          // (A)
     std::vector<ChildGradient<T>> children_;                  // (A)
