@@ -161,7 +161,7 @@ TEST(FeatureFit, ObjectiveNeverRisesAndStepsEnd) {
             const std::vector<float> start = some_codes(10 + n, is_wild ? 6 : 0.4);
             double before = std::numeric_limits<double>::infinity();
             for (int steps = 0; steps <= 12; ++steps) {
-                FeatureFitOptions options = scaled_options();
+                FeatureFitOptions options = scaled_options(f.model.roots);
                 options.max_steps = steps;
                 options.ridge = 0;  // then the objective is the error
                 options.least_gain = 0;
