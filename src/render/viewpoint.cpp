@@ -114,7 +114,7 @@ std::string name_of(const Viewpoint& viewpoint) {
     static constexpr std::array<const char*, 8> kNames{
         "front", "front right", "right", "back right", "back", "back left", "left", "front left"};
     const long eighth = std::lround(viewpoint.azimuth / 45) % 8;
-    const std::string side = kNames[static_cast<std::size_t>((eighth + 8) % 8)];
+    std::string side = kNames[static_cast<std::size_t>((eighth + 8) % 8)];
     if (viewpoint.elevation > 75) return "above";
     if (viewpoint.elevation < -75) return "below";
     if (viewpoint.elevation > 35) return "above, " + side;

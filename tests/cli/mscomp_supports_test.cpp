@@ -67,11 +67,12 @@ class SupportsOnScape : public testing::Test {
     const std::string shapes_ = std::string(MSCOMP_SHARED_DIR) + "/data/scape";
 };
 
-// Each autoencoder has an optimum of its own there.
+// In the paper each autoencoder has an optimum of its own.
 TEST_F(SupportsOnScape, ReachTheOptimumOfAllVertices) {
     constexpr const char* kLength =
         " --quiet --set train.epochs=200 --set train.checkpoint_every=200"
-        " --set loss.target=share";
+        " --set loss.target=share --set data.metric=vertices --set model.bias=true"
+        " --set model.levels[1].sparsity_range=0.2";
     run(std::string("mscomp train c.yaml -o all --set train.supports=false") + kLength);
     run(std::string("mscomp train c.yaml -o active") + kLength);
     EXPECT_EQ(last("all", "touched"), 1.0);
