@@ -104,11 +104,10 @@ void FeatureRanges::add(std::span<const float> values, int shape) {
 
 void FeatureRanges::add_deviations(std::span<const float> values) {
     for (std::size_t v = 0; v < largest_.size(); ++v) {
-        const double root = roots_.empty() ? 1 : static_cast<double>(roots_[v]);
         for (std::size_t c = 0; c < kFeatureDim; ++c) {
             const double reference = kReferenceFeature[c];
             const double deviation =
-                root * std::abs(static_cast<double>(values[v * kFeatureDim + c]) - reference);
+                root(v) * std::abs(static_cast<double>(values[v * kFeatureDim + c]) - reference);
             double& of_group = groups_[group_of(c)].deviation;
             of_group = std::max(of_group, deviation);
             largest_[v] = std::max(largest_[v], deviation);
@@ -122,10 +121,7 @@ double FeatureRanges::robust_deviation() const {
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order,
                              [&](int a, int b) { return largest_[at(a)] > largest_[at(b)]; });
-    const auto weight = [&](int v) {
-        const double root = roots_.empty() ? 1 : static_cast<double>(roots_[at(v)]);
-        return root * root;
-    };
+    const auto weight = [&](int v) { return root(at(v)) * root(at(v)); };
     double whole = 0, larger = 0;
     for (const int v : order) whole += weight(v);
     for (const int v : order) {

@@ -51,19 +51,18 @@ Table data_table(DataConfig& data, const Kind& kind) {
               {},
               "what maps to zero; minmax: the papers"}});
     }
-    append(
-        table,
-        {{"scale",
-          choice(data.scale, {{Scale::shared, "shared"},
-                              {Scale::separate, "separate"},
-                              {Scale::robust, "robust"}}),
-          {},
-          "factors of rotation and stretch around the reference; robust: few outliers count not"},
-         {"metric",
-          choice(data.metric,
-                 {{FeatureMetric::vertices, "vertices"}, {FeatureMetric::area, "area"}}),
-          {},
-          "what an error counts as: the same everywhere, or the area around its vertex"}});
+    append(table,
+           {{"scale",
+             choice(data.scale, {{Scale::shared, "shared"},
+                                 {Scale::separate, "separate"},
+                                 {Scale::robust, "robust"}}),
+             {},
+             "factors of rotation and stretch around the reference; robust: but for few vertices"},
+            {"metric",
+             choice(data.metric,
+                    {{FeatureMetric::vertices, "vertices"}, {FeatureMetric::area, "area"}}),
+             {},
+             "what an error counts as: the same everywhere, or the area around its vertex"}});
     return table;
 }
 

@@ -38,6 +38,15 @@ class SupportsOnScape : public testing::Test {
             << command << ": " << read_file(folder_ / "err");
     }
 
+    /// Runs `all` and `active`, without and with vertices left out.
+    void train_both(const std::string& settings) {
+        const std::string rest =
+            " --quiet --set train.epochs=200 --set train.checkpoint_every=200 " + settings;
+        run("mscomp train c.yaml -o all --set train.supports=false" + rest);
+        run("mscomp train c.yaml -o active" + rest);
+        EXPECT_EQ(last("all", "touched"), 1.0);
+    }
+
     /// The column of the last row of metrics.csv.
     double last(const std::string& name, const std::string& column) {
         std::istringstream rows(read_file(folder_ / (name + "/metrics.csv")));
@@ -69,13 +78,9 @@ class SupportsOnScape : public testing::Test {
 
 // In the paper each autoencoder has an optimum of its own.
 TEST_F(SupportsOnScape, ReachTheOptimumOfAllVertices) {
-    constexpr const char* kLength =
-        " --quiet --set train.epochs=200 --set train.checkpoint_every=200"
-        " --set loss.target=share --set data.metric=vertices --set model.bias=true"
-        " --set model.levels[1].sparsity_range=0.2";
-    run(std::string("mscomp train c.yaml -o all --set train.supports=false") + kLength);
-    run(std::string("mscomp train c.yaml -o active") + kLength);
-    EXPECT_EQ(last("all", "touched"), 1.0);
+    train_both(
+        "--set loss.target=share --set data.metric=vertices --set model.bias=true "
+        "--set model.levels[1].sparsity_range=0.2");
     EXPECT_LT(last("active", "touched"), 0.4);
     const double wanted = last("all", "total"), got = last("active", "total");
     EXPECT_TRUE(std::abs(got - wanted) <= 1e-3 * wanted) << got << " instead of " << wanted;
@@ -86,12 +91,7 @@ TEST_F(SupportsOnScape, ReachTheOptimumOfAllVertices) {
 // Where they answer for the sum the same shape can be shared out in many ways: another path, that
 // ends no higher.
 TEST_F(SupportsOnScape, AreNoWorseForTheSum) {
-    constexpr const char* kLength =
-        " --quiet --set train.epochs=200 --set train.checkpoint_every=200"
-        " --set train.fill_up_to=0";
-    run(std::string("mscomp train c.yaml -o all --set train.supports=false") + kLength);
-    run(std::string("mscomp train c.yaml -o active") + kLength);
-    EXPECT_EQ(last("all", "touched"), 1.0);
+    train_both("--set train.fill_up_to=0");
     EXPECT_LT(last("active", "touched"), 0.45);
     const double wanted = last("all", "total"), got = last("active", "total");
     EXPECT_TRUE(got <= (1 + 1e-3) * wanted) << got << " instead of " << wanted;

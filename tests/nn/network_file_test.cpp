@@ -64,6 +64,8 @@ TEST_F(ModelFileTest, KeepsTheMetric) {
     EXPECT_EQ(ModelFile(saved()).context().scale.roots, roots_);
     roots_[7] = 0;
     EXPECT_THROW(ModelFile{saved()}, CheckpointError);
+    roots_[7] = 1;
+    EXPECT_NO_THROW(ModelFile{saved()});
     roots_.pop_back();
     EXPECT_THROW(ModelFile{saved()}, CheckpointError);
 }

@@ -44,6 +44,7 @@ class FeatureRanges {
 
     void add_deviations(std::span<const float> values);
     double robust_deviation() const;
+    double root(std::size_t v) const { return roots_.empty() ? 1 : static_cast<double>(roots_[v]); }
 
     std::vector<float> roots_;
     std::vector<double> largest_;  // (V), root times the largest deviation of an entry
