@@ -20,6 +20,9 @@ using Eigen::VectorXd;
 // explained, and at most.
 constexpr double kRate = 0.3, kMostRate = 0.03;
 constexpr double kRateSteps = 25;  // after so many steps it is 1 / sqrt(2) of that
+// So many first steps grow up to it: before Adam knows the size of a derivative, every value would
+// go the whole step its own way at once, and limbs with them.
+constexpr double kGrowingSteps = 10;
 constexpr double kDecay1 = 0.9, kDecay2 = 0.99;
 constexpr double kCodeDamping = 0.02;  // of normal matrices
 constexpr double kCodeStep = 0.5;
@@ -95,7 +98,8 @@ void SpaceDescent::update(double rate, const std::vector<float>& gradient,
                           BallComponents& components, SpaceState& state) const {
     constexpr double kTiny = 1e-30;
     const auto steps = static_cast<double>(++state.steps);
-    const double step = rate / std::sqrt(1 + steps / kRateSteps);
+    const double step =
+        rate * std::min(1.0, steps / kGrowingSteps) / std::sqrt(1 + steps / kRateSteps);
     const double bias1 = 1 - std::pow(kDecay1, steps), bias2 = 1 - std::pow(kDecay2, steps);
     const std::span<float> values = components.all_values();
     for_vertices(components.vertex_count(), [&](int v) {

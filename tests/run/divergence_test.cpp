@@ -123,6 +123,29 @@ TEST_P(DivergingRun, DoesNotGoBackAtASoundRate) {
     EXPECT_TRUE(setbacks_.empty()) << setbacks_.front();
 }
 
+// Before Adam has seen a gradient twice it goes as far at every value; along a limb that adds up.
+class RunOnLimb : public testing::TestWithParam<int> {};
+
+TEST_P(RunOnLimb, OfFittedComponentsDoesNotGoBack) {
+    const TemporaryFolder folder;
+    const GeneratedSequence arm = generate_arm(12, 0, GetParam());
+    write_features(folder / "arm.safetensors",
+                   extract_features(arm.sequence, arm.sequence.shapes.front()));
+    Config config = default_config("multiscale");
+    config.data.features = folder / "arm.safetensors";
+    config.train.fill_up_to = 0;
+    config.train.epochs = 32;
+    std::vector<std::string> setbacks;
+    TrainingOptions options;
+    options.on_setback = [&](const TrainingState&, const std::string& what) {
+        setbacks.push_back(what);
+    };
+    train_run(config, folder / "arm.run", options);
+    EXPECT_TRUE(setbacks.empty()) << setbacks.front();
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, RunOnLimb, testing::Values(400, 1500));
+
 INSTANTIATE_TEST_SUITE_P(Kinds, DivergingRun,
                          testing::Values("stacked-attention", "autoencoder", "spectral-vae"),
                          [](const auto& kind) {
