@@ -36,16 +36,15 @@ void drop_earlier(const std::string& folder, OutputFolder& output) {
 
 void write_weights(const GeneratedSequence& generated, const std::string& path) {
     const std::size_t count = generated.component_names.size();
-    nlohmann::json truth;
-    truth["names"] = generated.component_names;
-    truth["scales"] = generated.scales;
-    truth["frames"] = generated.sequence.names;
-    truth["weights"] = nlohmann::json::array();
+    nlohmann::json weights = nlohmann::json::array();
     for (std::size_t n = 0; n < generated.sequence.names.size(); ++n) {
         const auto row = generated.weights.begin() + static_cast<std::ptrdiff_t>(n * count);
-        truth["weights"].push_back(
-            std::vector<float>(row, row + static_cast<std::ptrdiff_t>(count)));
+        weights.push_back(std::vector<float>(row, row + static_cast<std::ptrdiff_t>(count)));
     }
+    const nlohmann::json truth{{"names", generated.component_names},
+                               {"scales", generated.scales},
+                               {"frames", generated.sequence.names},
+                               {"weights", weights}};
     write_file(path, json_text(truth, 1) + "\n");
 }
 

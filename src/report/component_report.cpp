@@ -26,7 +26,7 @@ nlohmann::ordered_json cosine_json(const std::vector<Component>& components) {
         const auto row = alike.cosine.begin() + static_cast<std::ptrdiff_t>(k * ids.size());
         matrix.push_back(std::vector<double>(row, row + static_cast<std::ptrdiff_t>(ids.size())));
     }
-    nlohmann::ordered_json mean, max;
+    nlohmann::ordered_json mean = nullptr, max = nullptr;
     if (ids.size() > 1) {
         mean = alike.cosine_mean;
         max = alike.cosine_max;

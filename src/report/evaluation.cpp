@@ -247,10 +247,11 @@ class Evaluation {
     ordered_json worst_json() const {
         ordered_json result = ordered_json::object();
         for (const MeasuredFit& fit : fits_) {
-            result[name_of(fit.fit)] = ordered_json::array();
+            ordered_json worst = ordered_json::array();
             for (const int n : worst_shapes(fit.measures.shapes(), options_.worst)) {
-                result[name_of(fit.fit)].push_back(shape_json(fit, at(n)));
+                worst.push_back(shape_json(fit, at(n)));
             }
+            result[name_of(fit.fit)] = worst;
         }
         return result;
     }

@@ -107,7 +107,7 @@ nlohmann::ordered_json KnownUnits::matches(std::span<const int> shapes,
     const UnitMatches found =
         correlation_table(codes, weights, static_cast<int>(shapes.size()), kThreshold);
     const auto described = [&](const UnitMatch& match) {
-        nlohmann::ordered_json id;
+        nlohmann::ordered_json id = nullptr;
         if (match.code >= 0) id = components[at(match.code)].id;
         return nlohmann::ordered_json{{"component", id}, {"correlation", match.correlation}};
     };

@@ -169,7 +169,7 @@ void space_step(benchmark::State& state, const Size& size) {
 void add_all(bool large) {
     for (const int vertices : {2000, 12500, 50000, 200000}) {
         if (vertices > 50000 && !large) continue;
-        for (const int shapes : {36, 72}) {
+        for (const int shapes : {4, 36, 72}) {
             for (const int threads : {1, 2}) {
                 const Size size{vertices, shapes, threads};
                 const std::string name =

@@ -47,7 +47,7 @@ const std::vector<Source>& sources() {
     return found;
 }
 
-/// Statements in which `expression` is found, of files other than `allowed`.
+/// Statements in which `expression` is found, with what ends them, of files other than `allowed`.
 std::vector<std::string> statements_with(const std::string& expression,
                                          const std::vector<std::string>& allowed) {
     std::vector<std::string> found;
@@ -57,7 +57,7 @@ std::vector<std::string> statements_with(const std::string& expression,
         for (std::size_t begin = 0; begin < source.text.size();) {
             const std::size_t end =
                 std::min(source.text.find_first_of(";{}", begin), source.text.size());
-            const std::string statement = source.text.substr(begin, end - begin);
+            const std::string statement = source.text.substr(begin, end + 1 - begin);
             if (std::regex_search(statement, searched))
                 found.push_back(source.path + ": " + statement);
             begin = end + 1;
@@ -111,6 +111,18 @@ TEST(Sources, WriteAndReadJsonInOnePlaceOnly) {
                 "parsed_json or sound_json of base/json_text.h");
     expect_none(statements_with("YAML::Load\\w*\\(", {"src/config/config_reader.cpp"}),
                 "load_document of config/config_reader.h");
+}
+
+// A JSON value of nothing takes the kind of what is put into it before it has memory for that:
+// where there is none left, it ends the program as it goes.
+TEST(Sources, BeginEveryJsonValueAsWhatItIs) {
+    std::vector<std::string> found =
+        statements_with("^\\s*(\\w+::)*(ordered_json|json|Json) \\w+(, \\w+)*;$", {});
+    std::erase_if(found, [](const std::string& text) { return text.find(".h: ") != text.npos; });
+    expect_none(found, "a value: json::object(), json::array(), or nullptr for none");
+    expect_none(statements_with(
+                    "\\w\\[\"\\w+\"\\]\\s*(\\[[^=]*\\]\\s*=[^=]|\\.(push|emplace)_back\\()", {}),
+                "an array or object that is filled first");
 }
 
 TEST(Sources, ReadNumbersInAWayThatDoesNotThrow) {

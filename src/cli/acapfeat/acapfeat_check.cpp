@@ -41,37 +41,38 @@ Json to_json(const CheckPlace& place) {
 }
 
 Json to_json(const Finding& finding) {
-    Json json{{"severity", to_string(finding.severity)},
-              {"kind", finding.kind},
-              {"count", finding.count},
-              {"sentence", finding.sentence},
-              {"advice", finding.advice},
-              {"places", Json::array()}};
-    for (const CheckPlace& place : finding.places) json["places"].push_back(to_json(place));
-    return json;
+    Json places = Json::array();
+    for (const CheckPlace& place : finding.places) places.push_back(to_json(place));
+    return {{"severity", to_string(finding.severity)},
+            {"kind", finding.kind},
+            {"count", finding.count},
+            {"sentence", finding.sentence},
+            {"advice", finding.advice},
+            {"places", places}};
 }
 
 void print_json(const CheckReport& report) {
-    Json json{{"files", report.files},
-              {"usable", report.usable},
-              {"errors", report.count(Severity::error)},
-              {"warnings", report.count(Severity::warning)},
-              {"notes", report.count(Severity::note)},
-              {"reference", report.reference},
-              {"vertices", report.vertices},
-              {"faces", report.faces},
-              {"edges", report.edges},
-              {"components", report.components},
-              {"boundary_loops", report.boundary_loops},
-              {"bounding_box", {{"lowest", report.lowest}, {"highest", report.highest}}},
-              {"unit_ball_scale", report.unit_ball_scale},
-              {"stretch",
-               {{"largest", report.stretch.largest},
-                {"file", report.stretch.file},
-                {"vertex", report.stretch.vertex},
-                {"quantile_999", report.stretch.most_below}}},
-              {"findings", Json::array()}};
-    for (const Finding& finding : report.findings) json["findings"].push_back(to_json(finding));
+    Json findings = Json::array();
+    for (const Finding& finding : report.findings) findings.push_back(to_json(finding));
+    const Json json{{"files", report.files},
+                    {"usable", report.usable},
+                    {"errors", report.count(Severity::error)},
+                    {"warnings", report.count(Severity::warning)},
+                    {"notes", report.count(Severity::note)},
+                    {"reference", report.reference},
+                    {"vertices", report.vertices},
+                    {"faces", report.faces},
+                    {"edges", report.edges},
+                    {"components", report.components},
+                    {"boundary_loops", report.boundary_loops},
+                    {"bounding_box", {{"lowest", report.lowest}, {"highest", report.highest}}},
+                    {"unit_ball_scale", report.unit_ball_scale},
+                    {"stretch",
+                     {{"largest", report.stretch.largest},
+                      {"file", report.stretch.file},
+                      {"vertex", report.stretch.vertex},
+                      {"quantile_999", report.stretch.most_below}}},
+                    {"findings", findings}};
     print_lines(json_text(json, 2) + "\n");
 }
 

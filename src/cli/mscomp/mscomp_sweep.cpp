@@ -95,7 +95,7 @@ void run_sweep_command(const SweepCommand& command) {
     options.force = command.common.force;
     SweepProgress progress(command.common.quiet);
     progress.attach(options);
-    nlohmann::ordered_json report;
+    nlohmann::ordered_json report = nullptr;
     const SweepResult result = run_sweep(options, report);
     if (command.common.json) {
         print_lines(json_text(report, 2) + "\n");

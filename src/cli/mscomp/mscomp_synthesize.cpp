@@ -201,24 +201,25 @@ void run_synthesize(const SynthesizeOptions& options) {
     if (!options.output.empty()) {
         const std::vector<float> codes = synthesis.codes(weights);
         write_synthesized(outputs.path(options.output), meshes, synthesis.change(codes));
-        for (const ComponentWeight& w : weights) {
-            report["weights"][components[at(w.code)].id] = w.weight;
-        }
-        for (const Component& c : components) {
-            report["codes"][c.id] = codes[at(c.code)];
-        }
+        auto weight_of = nlohmann::ordered_json::object(), code_of = weight_of;
+        for (const ComponentWeight& w : weights) weight_of[components[at(w.code)].id] = w.weight;
+        for (const Component& c : components) code_of[c.id] = codes[at(c.code)];
+        if (!weights.empty()) report["weights"] = weight_of;
+        report["codes"] = code_of;
         files.push_back(options.output);
     }
     if (!options.sheet.empty()) {
         SynthesisSheet sheet(context.reference, meshes, synthesis);
         Progress progress("synthesize", static_cast<std::int64_t>(rows.size()),
                           progress_options(options.common.quiet));
+        auto shown = nlohmann::ordered_json::array();
         for (std::size_t i = 0; i < rows.size(); ++i) {
             throw_if_interrupted("interrupted; nothing was written");
             sheet.add_row(*rows[i], options.sheet_weights);
-            report["sheet_components"].push_back(rows[i]->id);
+            shown.push_back(rows[i]->id);
             progress.update(static_cast<std::int64_t>(i + 1));
         }
+        report["sheet_components"] = shown;
         report["sheet_weights"] = options.sheet_weights;
         const std::string title =
             "Components of " + std::filesystem::path(context.source).stem().string();
