@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "mscomp/base/outputs.h"
 
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
 
+#include "folder_entries.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/output_folder.h"
 #include "temporary_place.h"
@@ -29,9 +31,9 @@ void require_free_folder(const std::string& path, bool force) {
     const fs::file_status status = fs::status(path, error);
     if (!fs::exists(status)) return;
     if (!fs::is_directory(status)) throw UsageError(path + " is a file; wanted a folder name");
-    const bool is_empty = fs::is_empty(path, error);
-    if (error) throw IoError(path, error.message());
-    if (!is_empty && !force) {
+    const auto names = names_in(path);
+    if (!names) throw IoError(path, std::generic_category().message(errno));
+    if (!names->empty() && !force) {
         throw UsageError(path + " is not empty; --force replaces files of the same name in it");
     }
 }

@@ -4,9 +4,11 @@
 #include <sys/stat.h>
 
 #include <cctype>
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
 
+#include "folder_entries.h"
 #include "mscomp/base/error.h"
 
 namespace mscomp {
@@ -48,14 +50,14 @@ std::uint64_t file_size(const std::string& path) {
 }
 
 std::vector<std::string> files_in(const std::string& folder) {
+    const auto names = names_in(folder);
+    if (!names) fail(folder, std::error_code(errno, std::generic_category()));
     std::vector<std::string> files;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
+    for (const std::string& name : *names) {
+        const fs::path path = fs::path(folder) / name;
         std::error_code unknown;  // then it is no folder
-        if (!entry->is_directory(unknown)) files.push_back(entry->path().string());
+        if (!fs::is_directory(path, unknown)) files.push_back(path.string());
     }
-    if (error) fail(folder, error);
     return files;
 }
 

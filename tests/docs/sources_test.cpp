@@ -101,6 +101,12 @@ TEST(Sources, AskTheFileSystemInAWayThatDoesNotThrow) {
     expect_none(found, "a std::error_code, or base/paths.h");
 }
 
+// What of std::filesystem iterates ends the program where memory runs out.
+TEST(Sources, ListFoldersInOnePlaceOnly) {
+    expect_none(statements_with("directory_iterator\\b|(fs|filesystem)::is_empty\\(", {}),
+                "names_in of base/folder_entries.h");
+}
+
 TEST(Sources, WriteAndReadJsonInOnePlaceOnly) {
     expect_none(statements_with("\\.dump\\(", {"include/mscomp/base/json_text.h",
                                                "src/base/safetensors_header.cpp"}),

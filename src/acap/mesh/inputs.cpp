@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 #include <glob.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <map>
 
+#include "base/folder_entries.h"
 #include "mesh_format.h"
 #include "mscomp/acap/mesh/mesh_sequence.h"
 #include "mscomp/acap/mesh/natural_order.h"
@@ -15,30 +17,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As for globs: what programs put beside meshes, such as the side files ._a.obj of a Mac.
-bool is_hidden(const fs::directory_entry& entry) {
-    return entry.path().filename().string().starts_with('.');
-}
-
 /// Pipes, sockets and devices in a folder are nobody's meshes. A link to nowhere is: a shape that
 /// is missing must be noticed; so is what cannot be looked at, and whoever reads it says why not.
-bool may_be_file(const fs::directory_entry& entry) {
+bool may_be_file(const fs::path& path) {
     std::error_code error;
-    const fs::file_type type = entry.status(error).type();
+    const fs::file_type type = fs::status(path, error).type();
     return type == fs::file_type::regular || type == fs::file_type::not_found ||
            type == fs::file_type::none;
 }
 
 std::vector<std::string> meshes_in_folder(const std::string& folder) {
-    std::vector<std::string> files;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
-        const std::string path = entry->path().string();
-        if (is_hidden(*entry) || !mesh_format(path)) continue;
-        if (may_be_file(*entry)) files.push_back(path);
+    const auto names = names_in(folder);
+    if (!names) {
+        throw IoError(folder, "cannot read the folder: " + std::generic_category().message(errno));
     }
-    if (error) throw IoError(folder, "cannot read the folder: " + error.message());
+    std::vector<std::string> files;
+    for (const std::string& name : *names) {
+        const fs::path path = fs::path(folder) / name;
+        // As for globs: what programs put beside meshes, such as the side files ._a.obj of a Mac.
+        if (name.starts_with('.') || !mesh_format(path.string())) continue;
+        if (may_be_file(path)) files.push_back(path.string());
+    }
     if (files.empty()) {
         throw UsageError(fmt::format("folder '{}' holds no {} file", folder, kMeshExtensions));
     }
