@@ -42,13 +42,13 @@ std::string real_path(const std::string& folder) {
     return path.string();
 }
 
-/// What is ready in a staging folder.
-std::vector<std::string> ready_in(const std::string& staging) {
+/// What is ready in a staging folder; `shown` is what an error names.
+std::vector<std::string> ready_in(const std::string& staging, const std::string& shown) {
     const std::string folder = new_files(staging);
     // Writing may have failed, and then cleaning up.
     remove_dead_temporaries(folder);
     const std::optional<std::vector<std::string>> names = names_in(folder);
-    if (!names) fail(final_name(folder + "/"), "read", errno);
+    if (!names) fail(shown, "read the folder of what was written", errno);
     return *names;
 }
 
@@ -78,7 +78,7 @@ void OutputFolder::drop(const std::string& name) { state_->dropped.insert(name);
 
 void OutputFolder::commit() {
     const std::string& staged = state_->staging.path();
-    const std::vector<std::string> names = ready_in(staged);
+    const std::vector<std::string> names = ready_in(staged, final_name(new_files(staged) + "/"));
     for (const std::string& name : names) state_->dropped.erase(name);
     const FolderLock lock(state_->target);
     const bool is_exchanged = !state_->staging.is_inside() &&
@@ -91,14 +91,16 @@ void OutputFolder::commit() {
 struct OutputFiles::State {
     /// The files of one folder.
     struct Group {
-        explicit Group(const std::string& folder)
+        Group(const std::string& folder, const std::string& first_path)
             : target(real_path(folder)),
               staging(target, StagingFolder::Place::inside),
-              name(new_files(staging.path()), folder) {}
+              name(new_files(staging.path()), folder),
+              first(first_path) {}
 
         std::string target;
         StagingFolder staging;
         StagedName name;
+        std::string first;  // of its files, as it was given
     };
     std::map<std::string, Group> groups;        // by folder
     std::map<std::string, std::string> places;  // what is replaced, by the path that was given
@@ -109,7 +111,7 @@ OutputFiles::OutputFiles(const std::vector<std::string>& paths)
     for (const std::string& path : paths) {
         refuse_special_target(path);
         const std::string place = behind_links(path);
-        state_->groups.try_emplace(folder_of(place), folder_of(place));
+        state_->groups.try_emplace(folder_of(place), folder_of(place), path);
         state_->places[path] = place;
     }
 }
@@ -124,7 +126,8 @@ std::string OutputFiles::path(const std::string& path) const {
 void OutputFiles::commit() {
     for (const auto& [folder, group] : state_->groups) {
         const FolderLock lock(group.target);
-        move_into(group.target, group.staging.path(), ready_in(group.staging.path()), {});
+        const std::string& staged = group.staging.path();
+        move_into(group.target, staged, ready_in(staged, group.first), {});
     }
 }
 
