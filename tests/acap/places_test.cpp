@@ -155,28 +155,33 @@ TEST(Places, AFarVertexWithoutAFaceWeldsNothing) {
     EXPECT_EQ(extracted(with).places.coincident_count(), 0);
 }
 
-// A map's coordinates: what float32 keeps of the shape is what it would keep at the origin.
+// A map's coordinates: what float32 keeps of the shape is what it would keep at the origin,
+// whatever lies at that of the map without a face.
 TEST(Places, AReferenceFarFromTheOriginIsKeptNearIt) {
-    const std::vector<TriangleMesh> meshes = moving(bumpy_sphere(2));
-    std::vector<TriangleMesh> far;
-    for (const TriangleMesh& mesh : meshes) {
-        far.push_back(mapped(
-            mesh, [](const Vector3d& p) -> Vector3d { return p + Vector3d(5e5, 5.5e6, 100); }));
-    }
-    for (const bool align : {true, false}) {
-        const FeatureSet set = extract_features(sequence_of(far), far.front().vertices,
-                                                {EdgeWeights::cotangent, align});
-        EXPECT_THAT(set.warnings, Contains(HasSubstr("everything is kept relative to (5")));
-        for (int n = 0; n < set.shape_count(); ++n) {
-            const Matrix3d rotation =
-                Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-                    set.rotation[at(n)].data());
-            for (int v = 0; v < set.vertex_count(); ++v) {
-                const float* kept =
-                    set.vertices.data() + 3 * (at(n) * at(set.vertex_count()) + at(v));
-                const Vector3d back = rotation.transpose() * (Vector3d(kept[0], kept[1], kept[2]) -
-                                                              vec(set.translation[at(n)]));
-                EXPECT_LT(largest(back - vec(far[at(n)].vertices[at(v)])), 1e-6);
+    for (const bool has_stray : {false, true}) {
+        std::vector<TriangleMesh> far;
+        for (const TriangleMesh& mesh : moving(bumpy_sphere(2))) {
+            far.push_back(mapped(
+                mesh, [](const Vector3d& p) -> Vector3d { return p + Vector3d(5e5, 5.5e6, 100); }));
+            if (has_stray) far.back() = with_far_vertex(far.back(), 0);
+        }
+        for (const bool align : {true, false}) {
+            const PlacedFeatures set = extract_features(sequence_of(far), far.front().vertices,
+                                                        {EdgeWeights::cotangent, align});
+            EXPECT_THAT(set.warnings, Contains(HasSubstr("everything is kept relative to (5")));
+            for (int n = 0; n < set.shape_count(); ++n) {
+                const Matrix3d rotation =
+                    Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+                        set.rotation[at(n)].data());
+                for (int v = 0; v < set.vertex_count(); ++v) {
+                    if (set.places.place(v) < 0) continue;
+                    const float* kept =
+                        set.vertices.data() + 3 * (at(n) * at(set.vertex_count()) + at(v));
+                    const Vector3d back =
+                        rotation.transpose() *
+                        (Vector3d(kept[0], kept[1], kept[2]) - vec(set.translation[at(n)]));
+                    ASSERT_LT(largest(back - vec(far[at(n)].vertices[at(v)])), 1e-6);
+                }
             }
         }
     }

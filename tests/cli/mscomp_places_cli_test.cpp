@@ -130,28 +130,40 @@ TriangleMesh with_far_vertex(TriangleMesh mesh, int frame) {
     return mesh;
 }
 
-TEST_F(PlacesCommands, AFarVertexWithoutAFaceChangesNoNumber) {
+TEST_F(PlacesCommands, AFarVertexWithoutAFaceChangesNoNumberAndNoPicture) {
+    // Of one name, which pictures show.
     const TriangleMesh tube = shapes::cylinder(kAround, kRings, 1, 5, true);
-    write_frames("plain", tube, 8);
+    write_frames("plain/set", tube, 8);
     for (int frame = 0; frame < 8; ++frame) {
-        put("far", frame,
-            with_far_vertex(read_mesh(folder_ / ("plain/f" + std::to_string(frame) + ".obj")),
-                            frame));
+        const std::string name = "/set/f" + std::to_string(frame) + ".obj";
+        put("far/set", frame, with_far_vertex(read_mesh(folder_ / ("plain" + name)), frame));
     }
-    json plain, far;
-    for (auto [name, result] : {std::pair{"plain", &plain}, std::pair{"far", &far}}) {
-        train(name, "stacked-attention");
-        *result = evaluated(std::string(name) + ".stacked-attention.run");
+    for (const std::string of : {"plain", "far"}) {
+        const std::string set = of + "/set", of_run = set + ".stacked-attention.run";
+        train(set, "stacked-attention");
+        run("acapfeat reconstruct " + set + ".safetensors -o " + of + "/back --json >" + of +
+            "/back.json");
+        run("mscomp export-components " + of_run + " -o " + of + "/components --quiet");
+        run("mscomp synthesize " + of_run + " --sheet " + of + "/sheet.png --quiet");
     }
-    EXPECT_EQ(far["features"], plain["features"]);
-    run("acapfeat reconstruct far.safetensors -o back --quiet");
-    const TriangleMesh truth = read_mesh(folder_ / "far/f3.obj");
-    const TriangleMesh back = read_mesh(folder_ / "back/f3.obj");
+    EXPECT_EQ(evaluated("far/set.stacked-attention.run")["features"],
+              evaluated("plain/set.stacked-attention.run")["features"]);
+    for (const char* picture : {"/components/overview.png", "/sheet.png"}) {
+        EXPECT_TRUE(read_file(folder_ / ("far" + std::string(picture))) ==
+                    read_file(folder_ / ("plain" + std::string(picture))))
+            << picture;
+    }
+    const auto back_error = [&](const std::string& of) {
+        return json::parse(read_file(folder_ / (of + "/back.json")))["rms_error"].get<double>();
+    };
+    EXPECT_NEAR(back_error("far"), back_error("plain"), 1e-6 * back_error("plain"));
+    const TriangleMesh truth = read_mesh(folder_ / "far/set/f3.obj");
+    const TriangleMesh back = read_mesh(folder_ / "far/back/f3.obj");
     EXPECT_EQ(back.faces, truth.faces);
     EXPECT_LT(square_distance(back.vertices[0], truth.vertices[0]), 1e-2);  // float32 there
     EXPECT_LT(square_distance(back.vertices[9], truth.vertices[9]), 1e-10);
-    const json checked = json::parse(run("acapfeat check far --json"));
-    const json of_plain = json::parse(run("acapfeat check plain --json"));
+    const json checked = json::parse(run("acapfeat check far/set --json"));
+    const json of_plain = json::parse(run("acapfeat check plain/set --json"));
     EXPECT_EQ(checked["unit_ball_scale"], of_plain["unit_ball_scale"]);
 }
 

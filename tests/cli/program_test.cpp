@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/temporary_folder.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/error.h"
@@ -72,6 +73,19 @@ TEST(Program, EveryErrorHasItsExitCodeAndItsMessage) {
     EXPECT_EQ(run_throwing([] { throw CheckpointError("f", "no"); }).code, 6);
     EXPECT_EQ(run_throwing([] { throw Interrupted(SIGINT, "no"); }).code, 130);
     EXPECT_EQ(run_throwing([] { throw Interrupted(SIGTERM, "no"); }).code, 143);
+}
+
+// Text that was put together past the placeholders of messages, tables and JSON too.
+TEST(Program, WhatIsPrintedAsItIsCannotSteerATerminal) {
+    const std::string hostile =
+        "a\x1b[2J\tb\r\nc\xc2\x9b"
+        "1m\xe2\x80\xae\xff\n";
+    const Outcome outcome = run_throwing([&] {
+        print_lines(hostile);
+        say_lines(hostile);
+    });
+    EXPECT_EQ(outcome.out, "a?[2J?b?\nc?1m??\n");
+    EXPECT_EQ(outcome.err, outcome.out);
 }
 
 TEST(Program, WhatNobodyForesawIsABug) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/full_disk.h"
 #include "base/temporary_folder.h"
 #include "base/thrown_message.h"
 #include "convert_cases.h"
@@ -170,6 +171,17 @@ TEST_F(SplocsFile, NothingIsLeftOfAFileThatCannotBeFinished) {
     spheres_.shapes[2][1][0] = std::nan("");
     EXPECT_THROW(write_splocs(path_, SequenceSource(spheres_)), NumericalError);
     EXPECT_THAT(folder_.names(), IsEmpty());
+}
+
+// HDF5 itself writes to no disk, so none of its writes can fail without a word.
+TEST_F(SplocsFile, OnAFullDiskTheEarlierFileStays) {
+    folder_.put("x.h5", "earlier");
+    for (const rlim_t room : {0, 100, 2000, 5000}) {
+        const FullDisk full(room);
+        EXPECT_THROW(write_splocs(path_, SequenceSource(spheres_)), IoError) << room;
+    }
+    EXPECT_EQ(TemporaryFolder::content(path_), "earlier");
+    EXPECT_THAT(folder_.names(), ElementsAre("x.h5"));
 }
 
 #else

@@ -229,7 +229,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadPly{"ByteOrderMarkBehindTheHeader",
                kHeader + "\xEF\xBB\xBF" + kData,
                "a.ply:11:1: ",
-               {"byte order mark"}},
+               {"'0' behind a byte order mark"}},
         BadPly{"FractionAsCorner", with_data("3 0 2 3", "3 0 2.5 3"), "a.ply:16:5: ", {"'2.5'"}},
         BadPly{"CornerOutOfRange",
                with_data("3 0 2 3", "3 0 2 4"),

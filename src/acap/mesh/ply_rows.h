@@ -25,13 +25,7 @@ template <bool kLinesBreak>
 class PlyTextRows {
   public:
     PlyTextRows(std::string_view bytes, const PlyHeader& header, const std::string& path)
-        : cursor_(without_padding(bytes), begin_of(bytes, header), header.data_line, path) {
-        if (bytes.substr(header.data_begin).starts_with(kByteOrderMark)) {
-            cursor_.fail(
-                "got a byte order mark (BOM) behind the header, expected the first element; save "
-                "the file as UTF-8 without BOM");
-        }
-    }
+        : cursor_(without_padding(bytes), begin_of(bytes, header), header.data_line, path) {}
 
     void begin_row(const PlyElement& element, std::int64_t index) {
         skip_blank_lines();
