@@ -8,6 +8,7 @@
 #include "mscomp/base/error.h"
 #include "mscomp/multiscale/multiscale.h"
 #include "mscomp/nn/kinds.h"
+#include "mscomp/units/units.h"
 
 namespace mscomp {
 
@@ -16,7 +17,8 @@ Kind pca();  // src/baselines
 // A row makes a kind known to the configuration, to training and to every command.
 const std::vector<Kind>& all_kinds() {
     static const std::vector<Kind> kinds{
-        multiscale(), nn::stacked_attention(), nn::autoencoder(), nn::spectral_vae(), pca(),
+        multiscale(), nn::stacked_attention(), nn::autoencoder(), nn::spectral_vae(), units(),
+        pca(),
     };
     return kinds;
 }

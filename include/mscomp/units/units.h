@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "mscomp/model/kind.h"
+
+namespace mscomp {
+
+/// What the configuration of the kind holds for itself (method §10).
+struct UnitSettings {
+    int components = 0;  // at most so many, those that move most; 0: as many as there are
+};
+
+/// The kind `units`: few components, each one thing, found by linear read-outs of the shapes that
+/// are quiet at nearly all of them (method §10, code route). Codes are joint least squares over
+/// all components.
+Kind units();
+
+}  // namespace mscomp

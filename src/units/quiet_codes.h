@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace mscomp {
+
+/// Shapes along the directions in which they differ most.
+struct ShapeBasis {
+    Eigen::MatrixXd places;  // (N,r), of mean square 1 in each direction
+    Eigen::VectorXd sizes;   // (r) singular values, falling
+    double size = 0;         // root of the sum of the squares of all of them
+};
+
+/// Of the inner products (N,N) of all pairs of shapes; at most `most` directions, those only that
+/// are more than rounding.
+ShapeBasis shape_basis(const Eigen::MatrixXd& gram, int most);
+
+/// Codes (N,M) of linear read-outs, each as quiet as possible at all shapes but one (method §10,
+/// code route, step 2): for every shape that is not the reference, in their order, the w that
+/// minimises Σ_n φ((Y w)_n) with (Y w) = 1 at that shape, by reweighting; φ grows like the root of
+/// its argument, ten times as fast below zero. `noise`: the size of what is no movement, as a part
+/// of all. The largest code of each column is 1. The same bits for any number of threads.
+Eigen::MatrixXd quiet_codes(const ShapeBasis& basis, double noise);
+
+}  // namespace mscomp

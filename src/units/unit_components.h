@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "multiscale/ball_components.h"
+#include "multiscale/metric_rows.h"
+
+namespace mscomp {
+
+/// Inner products (N,N) of all pairs of shapes.
+Eigen::MatrixXd gram_of_shapes(const MetricRows& rows);
+
+/// Components (method §10, code route, step 6) by least squares on fixed codes (N,K): zero where
+/// they are below 5 % of their greatest length, fitted once more at every vertex to what is left
+/// there. A centre is where a component is longest; codes are then those of components as they
+/// come.
+BallComponents unit_components(const MetricRows& rows, const Eigen::MatrixXd& codes);
+
+/// All units, those that move the shapes most first.
+std::vector<int> by_movement(const BallComponents& components, const Eigen::MatrixXd& codes);
+
+/// Units in the order in which they are kept, and how many of them are on each level: those that
+/// move much of the mesh before those that move little of it, where there are two scales, that is
+/// where the sorted supports jump by half or more with two units and a fifth at least on both
+/// sides; within a level those that move most come first.
+struct UnitOrder {
+    std::vector<int> units;
+    std::vector<int> levels;
+};
+UnitOrder order_of_units(const BallComponents& components, const Eigen::MatrixXd& codes);
+
+}  // namespace mscomp

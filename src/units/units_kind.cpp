@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#include <memory>
+
+#include "mscomp/model/counts.h"
+#include "mscomp/units/units.h"
+#include "units/unit_model.h"
+
+namespace mscomp {
+namespace {
+
+KindKeys keys(Config& config) {
+    auto& own = config.own<UnitSettings>();
+    return {"Components that are one thing each.",
+            {{"components", &own.components, Bounds{0, 10'000},
+              "at most so many, those that move most; 0: as many as are found"}},
+            "",
+            {},
+            {}};
+}
+
+void set_defaults(Config& config) {
+    config.settings = UnitSettings{};
+    config.data.metric = FeatureMetric::area;
+    config.train.epochs = 1;
+    config.train.plateau_epochs = 0;
+    config.train.fill_up_to = 0;
+}
+
+std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place) {
+    return std::make_unique<UnitModel>(config, place);
+}
+
+}  // namespace
+
+Kind units() { return {"units", ShapeRows::features, set_defaults, keys, make, false}; }
+
+}  // namespace mscomp

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "units/code_route.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "multiscale/ball_cases.h"
+#include "units/planted_units.h"
+#include "units/quiet_codes.h"
+
+namespace mscomp {
+namespace {
+
+using Eigen::MatrixXd;
+
+struct Planted {
+    MatrixXd codes, shapes;
+
+    explicit Planted(int count = 60, int units = 6)
+        : codes(cases::switching_codes(count, units)),
+          shapes(codes * cases::random_matrix(units, 200, 7)) {}
+    MatrixXd gram() const { return shapes * shapes.transpose(); }
+};
+
+// Shapes that are sums of units which are off most of the time: these and no others are found.
+TEST(CodeRoute, FindsPlantedUnitsExactly) {
+    const Planted planted;
+    const FoundUnits found = find_units(planted.gram());
+    EXPECT_EQ(found.units.count(), 6);
+    EXPECT_GT(cases::nearest_cosines(planted.codes, found.units.codes).minCoeff(), 1 - 1e-4);
+    EXPECT_LT(found.unexplained, 1e-6);
+    EXPECT_EQ(found.found_again(), 6);
+    for (const int votes : found.units.votes) EXPECT_GE(votes, 2);
+    EXPECT_GE(found.units.codes.minCoeff(), 0);
+    EXPECT_NEAR(found.units.codes.maxCoeff(), 1, 1e-12);
+}
+
+// With noise they still are, and what is not explained is the noise.
+TEST(CodeRoute, FindsThemUnderNoise) {
+    const Planted planted;
+    const MatrixXd noisy = planted.shapes + 0.05 * cases::random_matrix(60, 200, 8);
+    const FoundUnits found = find_units(noisy * noisy.transpose());
+    EXPECT_EQ(found.units.count(), 6);
+    EXPECT_GT(cases::nearest_cosines(planted.codes, found.units.codes).minCoeff(), 0.99);
+}
+
+// Nothing hangs on the order of the shapes, on their unit, or on how space is turned.
+TEST(CodeRoute, TheOrderOfShapesAndTheirUnitDoNotMatter) {
+    const Planted planted;
+    const FoundUnits wanted = find_units(planted.gram());
+    const std::vector<int> order = CounterRandom(5, 5).permutation(60);
+    MatrixXd mixed(60, 200), codes(60, 6);
+    for (int n = 0; n < 60; ++n) {
+        mixed.row(n) = planted.shapes.row(order[at(n)]);
+        codes.row(n) = wanted.units.codes.row(order[at(n)]);
+    }
+    for (const double unit : {1.0, 1e-3, 1e4}) {
+        const FoundUnits found = find_units(unit * unit * (mixed * mixed.transpose()));
+        EXPECT_EQ(found.units.count(), 6) << unit;
+        EXPECT_GT(cases::nearest_cosines(codes, found.units.codes).minCoeff(), 1 - 1e-4) << unit;
+    }
+}
+
+// A shape that is the reference says nothing, and does not disturb.
+TEST(CodeRoute, ShapesThatAreTheReferenceCountForNothing) {
+    Planted planted;
+    planted.codes.topRows(5).setZero();
+    planted.shapes.topRows(5).setZero();
+    const FoundUnits found = find_units(planted.gram());
+    EXPECT_EQ(found.units.count(), 6);
+    EXPECT_GT(cases::nearest_cosines(planted.codes, found.units.codes).minCoeff(), 1 - 1e-4);
+    EXPECT_TRUE(found.units.codes.allFinite());
+}
+
+// Shapes of which each moves in a way of its own: nothing two of them agree on.
+TEST(CodeRoute, FindsNothingWhereNoTwoShapesAgree) {
+    const FoundUnits found = find_units(MatrixXd::Identity(12, 12));
+    EXPECT_EQ(found.units.count(), 0);
+    EXPECT_EQ(find_units(MatrixXd::Zero(12, 12)).units.count(), 0);
+}
+
+TEST(QuietCodes, AreOneAtTheirShapeAndNearlyZeroWhereItsUnitIsOff) {
+    const Planted planted(60, 3);
+    const ShapeBasis basis = shape_basis(planted.gram(), 50);
+    EXPECT_EQ(basis.sizes.size(), 3) << "no more directions than there are";
+    EXPECT_NEAR(basis.size, planted.shapes.norm(), 1e-9 * basis.size);
+    const MatrixXd codes = quiet_codes(basis, 0.003);
+    for (Eigen::Index m = 0; m < codes.cols(); ++m) {
+        EXPECT_NEAR(codes.col(m).cwiseAbs().maxCoeff(), 1, 1e-12);
+    }
+}
+
+TEST(UnitCodes, WhatTheOthersPredictIsLeftOut) {
+    UnitCodes units{cases::switching_codes(40, 4), {9, 5, 4, 3}};
+    units.codes.col(2) = 0.5 * (units.codes.col(0) + units.codes.col(3));
+    const UnitCodes kept = without_predicted(units);
+    // The three are dependent: that with the fewest votes goes.
+    EXPECT_EQ(kept.votes, (std::vector<int>{9, 5, 4}));
+}
+
+TEST(UnitCodes, AnUnitServesOneOnly) {
+    const UnitCodes all{cases::switching_codes(40, 3), {2, 2, 2}};
+    UnitCodes part{MatrixXd(40, 2), {2, 2}};
+    part.codes.col(0) = 3 * all.codes.col(1);
+    part.codes.col(1) = all.codes.col(1);
+    std::vector<int> which(40);
+    std::iota(which.begin(), which.end(), 0);
+    EXPECT_EQ(found_again(all, part, which), (std::vector<bool>{false, true, false}));
+}
+
+}  // namespace
+}  // namespace mscomp

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include "units/unit_components.h"
+
+#include <gtest/gtest.h>
+
+#include "mscomp/base/parallel.h"
+#include "multiscale/ball_cases.h"
+#include "units/planted_units.h"
+
+namespace mscomp {
+namespace {
+
+using Eigen::MatrixXd;
+
+/// Components on balls, and shapes in which they switch on and off.
+struct PlantedBalls {
+    cases::Sphere sphere;
+    BallComponents components;
+    MatrixXd codes;
+    MetricRows rows;
+
+    explicit PlantedBalls(std::vector<double> radii)
+        : components(balls(radii)),
+          codes(cases::switching_codes(50, static_cast<int>(radii.size()))),
+          rows(cases::rows_of(cases::dense(components) * codes.transpose())) {}
+
+    BallComponents balls(const std::vector<double>& radii) {
+        std::vector<Ball> all;
+        for (std::size_t k = 0; k < radii.size(); ++k) {
+            all.push_back(sphere.ball(static_cast<int>(29 * k) % sphere.vertices(), radii[k]));
+        }
+        BallComponents result(sphere.vertices(), std::move(all));
+        const CounterRandom random(5, 0);
+        for (std::size_t i = 0; i < result.all_values().size(); ++i) {
+            result.all_values()[i] = static_cast<float>(1 + 0.2 * random.normal(i));
+        }
+        return result;
+    }
+};
+
+TEST(UnitComponents, AreThoseThatWerePlantedWithExactZerosElsewhere) {
+    const PlantedBalls planted({0.2, 0.3, 0.25});
+    const BallComponents found = unit_components(planted.rows, planted.codes);
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_EQ(found.balls()[at(k)].vertices, planted.components.balls()[at(k)].vertices) << k;
+        const std::vector<float> values = found.component(k);
+        const std::vector<float> wanted = planted.components.component(k);
+        ASSERT_EQ(values.size(), wanted.size());
+        for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(values[i], wanted[i], 1e-4);
+    }
+}
+
+TEST(UnitComponents, LevelsAreTheTwoScalesThatThereAre) {
+    const PlantedBalls two({0.15, 0.5, 0.15, 0.5, 0.15});
+    const UnitOrder order = order_of_units(two.components, two.codes);
+    EXPECT_EQ(order.levels, (std::vector<int>{2, 3}));
+    for (const int k : {order.units[0], order.units[1]}) EXPECT_EQ(k % 2, 1);
+    const PlantedBalls one({0.3, 0.3, 0.3, 0.3, 0.3});
+    EXPECT_EQ(order_of_units(one.components, one.codes).levels, (std::vector<int>{5}));
+}
+
+TEST(UnitComponents, ThoseThatMoveMostComeFirst) {
+    PlantedBalls planted({0.3, 0.3, 0.3, 0.3});
+    planted.codes.col(2) *= 3;
+    EXPECT_EQ(by_movement(planted.components, planted.codes).front(), 2);
+}
+
+TEST(UnitComponents, InnerProductsAreThoseOfAllNumbersForAnyNumberOfThreads) {
+    const PlantedBalls planted({0.2, 0.3, 0.25});
+    const MatrixXd all = cases::dense(planted.components) * planted.codes.transpose();
+    const MatrixXd gram = gram_of_shapes(planted.rows);
+    EXPECT_LT((gram - all.transpose() * all).norm(), 1e-5 * gram.norm());  // rows are float
+    for (const int threads : {2, 7}) {
+        set_thread_count(threads);
+        EXPECT_TRUE(gram_of_shapes(planted.rows) == gram);
+    }
+    set_thread_count(0);
+}
+
+}  // namespace
+}  // namespace mscomp
