@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "nn/trainer.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <limits>
 
 #include "base/temporary_folder.h"
+#include "base/thrown_message.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/model/model_file.h"
@@ -216,6 +218,45 @@ TEST_F(Training, StopsAtNaNBeforeTheUpdate) {
             << error.what();
     }
     EXPECT_EQ(all_of(*model), before);
+}
+
+// Squares that float32 still holds have slopes that it does not.
+TEST_F(Training, StopsAtAGradientThatIsNotFiniteBeforeTheUpdate) {
+    SmallTraining problem;
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
+    trainer.start();
+    for (float& x : problem.features) x *= 1e18F;
+    const std::vector<float> before = all_of(*model);
+    Trainer large(*model, problem.config.train, problem.features, problem.shapes);
+    large.resume(trainer.state());
+    EXPECT_THAT(thrown_message<NumericalError>([&] { large.run_epoch(); }),
+                testing::HasSubstr("the gradient of level"));
+    EXPECT_EQ(all_of(*model), before);
+}
+
+// Between an update and saving: parameters, both moments, and what they give. No step has been that
+// its error could be compared with.
+TEST_F(Training, GivesNoCodesOfWhatIsNotFinite) {
+    SmallTraining problem;
+    const auto model = problem.make_model();
+    Trainer trainer(*model, problem.config.train, problem.features, problem.shapes);
+    trainer.start();
+    EXPECT_NO_THROW(trainer.codes());
+    const auto refusal = [&](std::span<float> numbers, float x) {
+        const std::vector<float> good(numbers.begin(), numbers.end());
+        std::ranges::fill(numbers, x);
+        const std::string message = thrown_message<NumericalError>([&] { trainer.codes(); });
+        std::ranges::copy(good, numbers.begin());
+        return message;
+    };
+    constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+    ParameterSet<float>& parameters = model->parameters();
+    EXPECT_THAT(refusal(parameters.all_values(), kNaN),
+                testing::MatchesRegex("step 0: after its update level.* is not finite"));
+    EXPECT_THAT(refusal(parameters.all_moments1(), kNaN), testing::HasSubstr("the first moment"));
+    EXPECT_THAT(refusal(parameters.all_moments2(), kNaN), testing::HasSubstr("the second moment"));
+    EXPECT_THAT(refusal(parameters.all_values(), 1e30F), testing::HasSubstr("the loss"));
 }
 
 }  // namespace
