@@ -154,6 +154,7 @@ std::vector<Component> extract_components(ShapeModel& model, const CodeTable& co
                                           const FilterConfig& filter, DistanceRows& distances) {
     const std::vector<float> reference = model.reference_codes();
     const std::vector<ComponentPlace> places = model.places();
+    const std::vector<ComponentTrust> trust = model.trust();
     std::vector<Component> components = numbered_components(model);
     std::vector<int> centers;
     for (const ComponentPlace& place : places) centers.push_back(place.center);
@@ -162,6 +163,7 @@ std::vector<Component> extract_components(ShapeModel& model, const CodeTable& co
         c.center = places[at(c.code)].center;
         c.longest = places[at(c.code)].longest;
         c.support = places[at(c.code)].support;
+        if (!trust.empty()) c.trust = trust[at(c.code)];
         c.code_reference = static_cast<double>(reference[at(c.code)]);
         find_ends(c, codes);
         decode_ends(c, model, reference);

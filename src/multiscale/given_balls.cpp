@@ -30,14 +30,16 @@ double rounded_up(double part) { return std::clamp(std::ceil(1000 * part), 1.0, 
 
 }  // namespace
 
-BallComponents given_balls(const GivenComponents& given, const MultiscaleSettings& settings,
-                           const MetricScale& scale) {
+void require_levels(const GivenComponents& given, const MultiscaleSettings& settings) {
     if (counts_of(given) != counts_of(settings)) {
         throw UsageError(
             fmt::format("train.start: levels of {} components, wanted those of "
                         "model.global_components and model.levels: {}",
                         fmt::join(counts_of(given), ", "), fmt::join(counts_of(settings), ", ")));
     }
+}
+
+BallComponents given_balls(const GivenComponents& given, const MetricScale& scale) {
     std::vector<Ball> balls;
     for (std::size_t k = 0; k < given.changes.size(); ++k) {
         balls.push_back({given.centers[k], given.changes[k].vertices});

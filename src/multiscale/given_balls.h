@@ -9,9 +9,11 @@
 namespace mscomp {
 
 /// Components of another model of features as components to begin with, mapped and of unit length,
-/// each on the vertices that it changes. Throws UsageError unless its levels are those of the
-/// settings, the global ones before them.
-BallComponents given_balls(const GivenComponents& given, const MultiscaleSettings& settings,
-                           const MetricScale& scale);
+/// each on the vertices that it changes.
+BallComponents given_balls(const GivenComponents& given, const MetricScale& scale);
+
+/// Throws UsageError unless the levels of `given` are those of the settings, the global ones before
+/// them.
+void require_levels(const GivenComponents& given, const MultiscaleSettings& settings);
 
 }  // namespace mscomp

@@ -76,8 +76,9 @@ void MultiscaleLearner::start() {
 
 /// Nothing is chosen: components and keys are as they are given.
 void MultiscaleLearner::start_from(const GivenComponents& given) {
+    require_levels(given, settings_);
     notes_.clear();
-    BallComponents components = given_balls(given, settings_, model_.scale());
+    BallComponents components = given_balls(given, model_.scale());
     model_.fill_up_to = config_.fill_up_to;
     pool_.reset();
     begin(std::move(components), given.parents);

@@ -17,24 +17,29 @@ nlohmann::ordered_json component_json(const Component& c, const ModelContext& co
     const auto share = [&context](int places) {
         return static_cast<double>(places) / context.reference.vertex_count();
     };
-    return {{"id", c.id},
-            {"level", c.level},
-            {"parent", text_or_null(c.parent)},
-            {"center_vertex", context.places.vertex(c.center)},
-            {"longest_vertex", context.places.vertex(c.longest)},
-            {"strength", c.strength},
-            {"distance", c.distance},
-            {"kept", c.kept},
-            {"reason", text_or_null(c.reason)},
-            {"code_min", c.code_min},
-            {"code_max", c.code_max},
-            {"code_reference", c.code_reference},
-            {"code_end", c.code_end},
-            {"code_other", c.code_other},
-            {"support_vertices", c.support},
-            {"support", share(c.support)},
-            {"moving", share(c.moving)},
-            {"localization_radius", c.localization_radius}};
+    nlohmann::ordered_json json{{"id", c.id},
+                                {"level", c.level},
+                                {"parent", text_or_null(c.parent)},
+                                {"center_vertex", context.places.vertex(c.center)},
+                                {"longest_vertex", context.places.vertex(c.longest)},
+                                {"strength", c.strength},
+                                {"distance", c.distance},
+                                {"kept", c.kept},
+                                {"reason", text_or_null(c.reason)},
+                                {"code_min", c.code_min},
+                                {"code_max", c.code_max},
+                                {"code_reference", c.code_reference},
+                                {"code_end", c.code_end},
+                                {"code_other", c.code_other},
+                                {"support_vertices", c.support},
+                                {"support", share(c.support)},
+                                {"moving", share(c.moving)},
+                                {"localization_radius", c.localization_radius}};
+    if (c.trust) {
+        json["votes"] = c.trust->votes;
+        json["found_again"] = c.trust->found_again;
+    }
+    return json;
 }
 
 }  // namespace mscomp

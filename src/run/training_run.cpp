@@ -249,17 +249,23 @@ TrainingResult train_run(const Config& config, const std::string& run,
     LineFile log(log_path(run));
     log.append(begin_line(options.title));
     describe(setup, run, log);
-    for (const std::string& warning : setup.warnings) {
-        log.append("warning: " + warning);
-        if (options.on_warning) options.on_warning(warning);
-    }
+    const auto warn = [&](const std::vector<std::string>& warnings) {
+        for (const std::string& warning : warnings) {
+            log.append("warning: " + warning);
+            if (options.on_warning) options.on_warning(warning);
+        }
+    };
+    warn(setup.warnings);
     if (earlier) {
         go_on_from(*earlier, setup, *learner, log);
     } else if (is_given) {
         log.append(given);
     } else {
         learner->start();
+    }
+    if (!earlier) {
         for (const std::string& note : learner->notes()) log.append(note);
+        warn(learner->warnings());
     }
     const bool is_new = !earlier || earlier->context().config != setup.context.config;
     if (is_new) write_beginning(run, setup, *learner);

@@ -8,16 +8,18 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
-#include "multiscale/vertex_loops.h"
+#include "multiscale/component_gradient.h"
+#include "multiscale/given_balls.h"
 #include "units/unit_components.h"
 
 namespace mscomp {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr int kFewestShapes = 4;
+constexpr int kFewestShapes = 12;
+// Sets whose units are known are above the first, and below the second, by far.
+constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5;
 
 }  // namespace
 
@@ -38,13 +40,23 @@ MetricRows UnitLearner::rows() const {
 }
 
 void UnitLearner::start() {
-    if (std::ssize(train_) < kFewestShapes) {
-        throw UsageError(fmt::format(
-            "units need shapes that they differ in: {} training shapes, wanted {} at least",
-            train_.size(), kFewestShapes));
-    }
     const MetricRows rows = this->rows();
-    const MatrixXd gram = gram_of_shapes(rows);
+    begin(rows, gram_of_shapes(rows));
+}
+
+/// Shapes as the components of another model say them; units are fitted to the shapes themselves.
+void UnitLearner::start_from(const GivenComponents& given) {
+    const MetricRows rows = this->rows();
+    const BallComponents others = given_balls(given, model_.scale());
+    const MatrixXd codes = JointCodes(others).solve(products(others, rows));
+    begin(rows, codes.transpose() * gram_matrix(others) * codes);
+}
+
+void UnitLearner::begin(const MetricRows& rows, const MatrixXd& gram) {
+    if (rows.shape_count() < kFewestShapes) {
+        throw UsageError(fmt::format("{} training shapes, wanted {} at least to find units in",
+                                     rows.shape_count(), kFewestShapes));
+    }
     if (!(gram.trace() > 0)) {
         throw UsageError("no training shape differs from the reference: there are no units");
     }
@@ -52,54 +64,46 @@ void UnitLearner::start() {
     if (found.units.count() == 0) {
         throw UsageError(
             "no two training shapes agree on a unit: they are too few, or each moves in a way of "
-            "its "
-            "own");
+            "its own");
     }
-    take(rows, std::move(found));
+    const double part = found.found_again() / found.units.count();
+    notes_ = {
+        fmt::format("units: {} found at a noise of {}, {:.3g} % of them again in subsets of "
+                    "the shapes; their codes explain {:.3g} % of the squares",
+                    found.units.count(), found.noise, 100 * part, 100 * (1 - found.unexplained))};
+    warnings_.clear();
+    if (part < kLeastFoundAgain || found.unexplained > kMostUnexplained) {
+        warnings_.push_back(fmt::format(
+            "{:.3g} % of {} units are found again in subsets of the shapes, and they explain "
+            "{:.3g} % of how these move: too few shapes for the units they have, or units that "
+            "hardly ever rest. What is found may be none",
+            100 * part, found.units.count(), 100 * (1 - found.unexplained)));
+    }
+    take(rows, found);
     state_ = {};
 }
 
 /// The strongest of what was found, level by level.
-void UnitLearner::take(const MetricRows& rows, FoundUnits found) {
-    UnitCodes units = found.units;
-    std::vector<double> parts = found.again;
-    const auto keep = [&](const std::vector<int>& which) {
-        std::vector<double> kept;
-        for (const int k : which) kept.push_back(parts[at(k)]);
-        units = chosen(units, which);
-        parts = std::move(kept);
-    };
-    if (settings_.components > 0 && units.count() > settings_.components) {
-        const BallComponents all = unit_components(rows, units.codes);
-        std::vector<int> which = by_movement(all, units.codes);
+void UnitLearner::take(const MetricRows& rows, const FoundUnits& found) {
+    std::vector<int> which =
+        by_movement(unit_components(rows, found.units.codes), found.units.codes);
+    if (settings_.components > 0 && std::ssize(which) > settings_.components) {
         which.resize(at(settings_.components));
-        keep(which);
     }
-    UnitOrder order = order_of_units(unit_components(rows, units.codes), units.codes);
-    keep(order.units);
-    model_.set_units(unit_components(rows, units.codes), order.levels, {units.votes, parts});
-    notes_ = {fmt::format(
-        "units: {} found at a noise of {}, {} of them again in random subsets of "
-        "the shapes; {:.3g} % of the squares are left",
-        found.units.count(), found.noise, found.found_again(), 100 * found.unexplained)};
+    const UnitCodes units = chosen(found.units, which);
+    const UnitOrder order = order_of_units(unit_components(rows, units.codes), units.codes);
+    std::vector<ComponentTrust> trust;
+    for (const int k : order.units) {
+        trust.push_back({units.votes[at(k)], found.again[at(which[at(k)])]});
+    }
+    model_.set_units(unit_components(rows, chosen(units, order.units).codes), order.levels,
+                     std::move(trust));
 }
 
 EpochReport UnitLearner::run_epoch() {
     const auto begin = std::chrono::steady_clock::now();
-    const MetricRows rows = this->rows();
-    const BallComponents& components = model_.components();
-    const MatrixXd codes = JointCodes(components).solve(products(components, rows)).transpose();
-    const double sum = sum_over_vertices(rows.vertex_count(), [&](int v) {
-        ShapesOfVertex left = shapes_at(rows, v);
-        const auto acting = components.at_vertex(v);
-        const ValuesAtVertex values = values_at(components, v);
-        for (std::size_t a = 0; a < acting.size(); ++a) {
-            left.noalias() -=
-                values.row(static_cast<Index>(a)).transpose() * codes.col(acting[a]).transpose();
-        }
-        return left.squaredNorm();
-    });
-    const double error = sum / rows.shape_count();
+    std::vector<float> unused(model_.components().all_values().size());
+    const double error = feature_error(rows(), model_.components(), unused);
     ++state_.epoch;
     ++state_.step;
     state_.total = error;

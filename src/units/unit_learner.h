@@ -22,7 +22,9 @@ class UnitLearner final : public Learner {
     std::vector<std::string> term_names() const override { return {"reconstruction"}; }
     /// Throws UsageError where shapes are too few, or do not move.
     void start() override;
+    void start_from(const GivenComponents& given) override;
     std::vector<std::string> notes() const override { return notes_; }
+    std::vector<std::string> warnings() const override { return warnings_; }
     void resume(const TrainingState& state) override { state_ = state; }
     const TrainingState& state() const override { return state_; }
     EpochReport run_epoch() override;
@@ -31,14 +33,15 @@ class UnitLearner final : public Learner {
 
   private:
     MetricRows rows() const;
-    void take(const MetricRows& rows, FoundUnits found);
+    void begin(const MetricRows& rows, const Eigen::MatrixXd& gram);
+    void take(const MetricRows& rows, const FoundUnits& found);
 
     UnitModel& model_;
     const UnitSettings& settings_;
     const ShapeSet& shapes_;
     std::vector<int> train_;
     TrainingState state_;
-    std::vector<std::string> notes_;
+    std::vector<std::string> notes_, warnings_;
 };
 
 }  // namespace mscomp

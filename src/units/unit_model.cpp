@@ -33,7 +33,8 @@ std::vector<LevelSize> UnitModel::levels() const {
     return sizes;
 }
 
-void UnitModel::set_units(BallComponents components, std::vector<int> levels, Trust trust) {
+void UnitModel::set_units(BallComponents components, std::vector<int> levels,
+                          std::vector<ComponentTrust> trust) {
     set_balls(std::move(components));
     levels_ = std::move(levels);
     trust_ = std::move(trust);
@@ -46,8 +47,14 @@ std::unique_ptr<Learner> UnitModel::learner(const ShapeSet& shapes, std::span<co
 void UnitModel::save(StoredArrays& arrays) const {
     save_balls(arrays);
     arrays.keep<int>(kLevels, {std::ssize(levels_)}, levels_);
-    arrays.keep<int>(kVotes, {code_count()}, trust_.votes);
-    arrays.keep<double>(kAgain, {code_count()}, trust_.again);
+    std::vector<int> votes;
+    std::vector<double> again;
+    for (const ComponentTrust& trust : trust_) {
+        votes.push_back(trust.votes);
+        again.push_back(trust.found_again);
+    }
+    arrays.keep<int>(kVotes, {code_count()}, std::move(votes));
+    arrays.keep<double>(kAgain, {code_count()}, std::move(again));
 }
 
 void UnitModel::load(const SafetensorsFile& file) {
@@ -67,8 +74,9 @@ void UnitModel::load(const SafetensorsFile& file) {
         std::ranges::all_of(votes, [](int n) { return n >= 0; }) &&
         std::ranges::all_of(again, [](double part) { return part >= 0 && part <= 1; });
     if (!is_sound) throw CheckpointError(file.path(), "votes or parts of subsets that none can be");
-    set_units(std::move(components), {levels.begin(), levels.end()},
-              {{votes.begin(), votes.end()}, {again.begin(), again.end()}});
+    std::vector<ComponentTrust> trust;
+    for (std::size_t k = 0; k < votes.size(); ++k) trust.push_back({votes[k], again[k]});
+    set_units(std::move(components), {levels.begin(), levels.end()}, std::move(trust));
 }
 
 }  // namespace mscomp

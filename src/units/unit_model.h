@@ -20,21 +20,19 @@ class UnitModel final : public BallModel {
     void save(StoredArrays& arrays) const override;
     void load(const SafetensorsFile& file) override;
 
-    /// How sure a unit is: read-outs that agreed on it, and the part of the random subsets of the
-    /// shapes in which it was found again.
-    struct Trust {
-        std::vector<int> votes;     // (K)
-        std::vector<double> again;  // (K)
-    };
+    /// Votes are read-outs.
+    std::vector<ComponentTrust> trust() const override { return trust_; }
+
     /// `levels` units on each level, in the order of the components.
-    void set_units(BallComponents components, std::vector<int> levels, Trust trust);
+    void set_units(BallComponents components, std::vector<int> levels,
+                   std::vector<ComponentTrust> trust);
 
   private:
     bool has_global_level() const override { return false; }
 
     const UnitSettings settings_;
     std::vector<int> levels_{0};
-    Trust trust_;
+    std::vector<ComponentTrust> trust_;
 };
 
 }  // namespace mscomp

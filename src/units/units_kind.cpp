@@ -15,7 +15,10 @@ KindKeys keys(Config& config) {
               "at most so many, those that move most; 0: as many as are found"}},
             "",
             {},
-            {}};
+            {{"start",
+              &config.train.start_run,
+              {},
+              "a run whose components say what the shapes are; empty: the shapes themselves"}}};
 }
 
 void set_defaults(Config& config) {

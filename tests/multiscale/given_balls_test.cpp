@@ -34,7 +34,7 @@ TEST(GivenBalls, AreTheComponentsAtUnitLength) {
     const BallComponents components = sphere.components(8, 0.3);
     GivenComponents given = given_of(components, sphere.scale);
     for (float& x : given.changes[3].values) x *= 7;
-    const BallComponents again = given_balls(given, settings_for(0, {2, 6}), sphere.scale);
+    const BallComponents again = given_balls(given, sphere.scale);
     EXPECT_LT((cases::dense(again) - cases::dense(components)).norm(), 1e-5);
     for (int k = 0; k < 8; ++k) {
         EXPECT_EQ(again.balls()[at(k)].vertices, components.balls()[at(k)].vertices);
@@ -46,12 +46,12 @@ TEST(GivenBalls, AreTheComponentsAtUnitLength) {
 TEST(GivenBalls, WantTheLevelsThatTheyHave) {
     cases::Sphere sphere;
     const GivenComponents given = given_of(sphere.components(8, 0.3), sphere.scale);
-    EXPECT_NO_THROW(given_balls(given, settings_for(0, {2, 6}), sphere.scale));
-    EXPECT_NO_THROW(given_balls(given, settings_for(2, {6}), sphere.scale));
+    EXPECT_NO_THROW(require_levels(given, settings_for(0, {2, 6})));
+    EXPECT_NO_THROW(require_levels(given, settings_for(2, {6})));
     for (const auto& settings :
          {settings_for(0, {2, 3}), settings_for(0, {8}), settings_for(0, {6, 2}),
           settings_for(2, {2, 6}), settings_for(1, {7})}) {
-        EXPECT_THROW(given_balls(given, settings, sphere.scale), UsageError);
+        EXPECT_THROW(require_levels(given, settings), UsageError);
     }
 }
 
@@ -76,7 +76,7 @@ TEST(GivenBalls, ComponentsOfNothingHaveALevelToo) {
     GivenComponents given{sphere.vertices(), {{1, 1}}, {-1}, {5}, {{}}};
     const std::vector<BallLevel> levels = levels_around(given, sphere.distances);
     EXPECT_EQ(levels.front().max_support, 0.001);
-    EXPECT_EQ(given_balls(given, settings_for(0, {1}), sphere.scale).component(0).size(), 0U);
+    EXPECT_EQ(given_balls(given, sphere.scale).component(0).size(), 0U);
 }
 
 }  // namespace

@@ -109,18 +109,21 @@ TEST_F(UnitModelTest, SaysWhatIsMissing) {
         }
         return "";
     };
-    EXPECT_NE(message(MatrixXd::Ones(1, 4)).find("1 training shapes, wanted 4"), std::string::npos);
-    EXPECT_NE(message(MatrixXd::Zero(9, 4)).find("differs from the reference"), std::string::npos);
-    EXPECT_NE(message(MatrixXd::Identity(4, 4)).find("agree on a unit"), std::string::npos);
+    EXPECT_NE(message(MatrixXd::Ones(1, 4)).find("1 training shapes, wanted 12 at least"),
+              std::string::npos);
+    EXPECT_NE(message(MatrixXd::Zero(12, 4)).find("differs from the reference"), std::string::npos);
+    EXPECT_NE(message(MatrixXd::Identity(16, 4)).find("agree on a unit"), std::string::npos);
 }
 
 TEST_F(UnitModelTest, AFileMustHoldWhatUnitsAre) {
     const auto model = made();
-    model->set_units(sphere_.components(3, 0.3), {1, 2}, {{5, 3, 2}, {1, 0.5, 0}});
+    model->set_units(sphere_.components(3, 0.3), {1, 2}, {{5, 1}, {3, 0.5}, {2, 0}});
     const auto loaded = [&](const std::vector<int>& levels, const std::vector<int>& votes,
                             const std::vector<double>& again) {
         const TemporaryFolder folder;
-        model->set_units(sphere_.components(3, 0.3), levels, {votes, again});
+        std::vector<ComponentTrust> trust;
+        for (std::size_t k = 0; k < votes.size(); ++k) trust.push_back({votes[k], again[k]});
+        model->set_units(sphere_.components(3, 0.3), levels, trust);
         StoredArrays arrays;
         model->save(arrays);
         arrays.write(folder / "m.safetensors", {});
@@ -131,6 +134,8 @@ TEST_F(UnitModelTest, AFileMustHoldWhatUnitsAre) {
     const auto sound = loaded({1, 2}, {5, 3, 2}, {1, 0.5, 0});
     EXPECT_EQ(sound->levels().size(), 2U);
     EXPECT_EQ(sound->code_count(), 3);
+    EXPECT_EQ(sound->trust()[1].votes, 3);
+    EXPECT_EQ(sound->trust()[1].found_again, 0.5);
     EXPECT_THROW(loaded({1, 2}, {5, -3, 2}, {1, 0.5, 0}), CheckpointError);
     EXPECT_THROW(loaded({1, 2}, {5, 3, 2}, {1, 1.5, 0}), CheckpointError);
     EXPECT_THROW(loaded({3, 0}, {5, 3, 2}, {1, 0.5, 0}), CheckpointError);

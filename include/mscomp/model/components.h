@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct Component {
                          // of the decoder sees around it
     double localization_radius = 0;  // largest normalised geodesic distance from the centre, over
                                      // the vertices where the difference exceeds epsilon_1
+    std::optional<ComponentTrust> trust;  // where the method says how sure it is
     std::vector<float>
         difference;  // rows (ShapeModel::rows) at code_end minus those at code_reference
     std::vector<float> other_difference;  // the same at code_other

@@ -58,6 +58,8 @@ class Learner {
     virtual void start_from(const GivenComponents& given);
     /// What start() decided by itself, a sentence each, for the log.
     virtual std::vector<std::string> notes() const { return {}; }
+    /// What speaks against what start() found, a sentence each, for whoever trains.
+    virtual std::vector<std::string> warnings() const { return {}; }
     /// Goes on from a saved state, whose arrays the model already holds.
     virtual void resume(const TrainingState& state) = 0;
     virtual const TrainingState& state() const = 0;

@@ -40,6 +40,12 @@ struct ComponentPlace {
     int support = 0;  // vertices where it is not exactly zero
 };
 
+/// How sure a method is of a component.
+struct ComponentTrust {
+    int votes = 0;           // ways of looking at the shapes that agree on it
+    double found_again = 0;  // part of some subsets of the shapes in which it is found again
+};
+
 /// Codes (n,K) of n shapes, row after row.
 struct CodeTable {
     int code_count = 0;
@@ -92,6 +98,9 @@ class ShapeModel {
     virtual std::vector<CodeColumn> derivatives(std::span<const float> codes) const = 0;
     /// Of every component, (K).
     virtual std::vector<ComponentPlace> places() const = 0;
+
+    /// Of every component, (K); empty where the method cannot say.
+    virtual std::vector<ComponentTrust> trust() const { return {}; }
 
     /// Size of a change of a row that counts as 1: 1 for features, for positions the radius of the
     /// reference.

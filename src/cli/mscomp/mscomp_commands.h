@@ -39,6 +39,16 @@ struct RefineOptions {
 void setup_refine(CLI::App& app);
 void run_refine(const RefineOptions& options);
 
+struct UnitsOptions {
+    std::string input;   // feature file, run folder or model file
+    std::string output;  // run folder
+    int components = 0;  // 0: as many as are found
+    std::vector<std::string> overrides;
+    CommonOptions common;
+};
+void setup_units(CLI::App& app);
+void run_units(const UnitsOptions& options);
+
 struct RunInfoOptions {
     std::string run;
     CommonOptions common;

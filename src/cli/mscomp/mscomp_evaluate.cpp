@@ -111,6 +111,18 @@ void print_curves(const ordered_json& report) {
     }
 }
 
+void print_trust(const ordered_json& report) {
+    double sum = 0, count = 0;
+    for (const ordered_json& c : report["component_list"]) {
+        if (!c["kept"] || !c.contains("found_again")) continue;
+        sum += c["found_again"].get<double>();
+        ++count;
+    }
+    if (count == 0) return;
+    print_out("found again in subsets of the training shapes: {:.0f} % of them on average\n",
+              100 * sum / count);
+}
+
 void print_components(const ordered_json& report) {
     constexpr std::size_t kShown = 10;
     const std::vector<std::string> fits = fits_of(report);
@@ -126,6 +138,7 @@ void print_components(const ordered_json& report) {
     print_out("cosine similarity of different components: mean {}, largest {}\n",
               number(report["cosine"]["mean"], "{:.3f}"),
               number(report["cosine"]["max"], "{:.3f}"));
+    print_trust(report);
     std::vector<ordered_json> kept;
     for (const ordered_json& c : report["component_list"]) {
         if (c["kept"]) kept.push_back(c);

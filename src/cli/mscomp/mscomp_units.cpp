@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "mscomp/config/config_file.h"
+#include "mscomp/run/unit_search.h"
+#include "mscomp_commands.h"
+#include "training_command.h"
+
+namespace mscomp {
+namespace {
+
+Config effective_config(const UnitsOptions& options) {
+    std::vector<std::string> overrides = options.overrides;
+    if (options.components > 0) {
+        overrides.push_back(fmt::format("model.components={}", options.components));
+    }
+    Config config =
+        parse_config(write_config(unit_config(options.input), false), options.input, overrides);
+    anchor_paths(config, "");
+    return config;
+}
+
+std::string again(const UnitsOptions& options) {
+    std::string command =
+        fmt::format("mscomp units {} -o {}", quoted(options.input), quoted(options.output));
+    if (options.components > 0) command += fmt::format(" --components {}", options.components);
+    for (const std::string& set : options.overrides) command += " --set " + quoted(set);
+    return command;
+}
+
+}  // namespace
+
+void setup_units(CLI::App& app) {
+    const auto options = std::make_shared<UnitsOptions>();
+    CLI::App* command = app.add_subcommand(
+        "units", "Find components that are one thing each, as many as there are, as a run");
+    command
+        ->add_option("INPUT", options->input,
+                     "Feature file; or run folder or model file, whose components are turned into "
+                     "units")
+        ->required();
+    command->add_option("-o,--output", options->output, "Run folder to write")->required();
+    command
+        ->add_option("--components", options->components,
+                     "At most so many, those that move most; as many as are found unless given")
+        ->check(CLI::Range(1, 10'000));
+    command
+        ->add_option("--set", options->overrides,
+                     "key=value of a configuration of the kind units, e.g. data.split.train=every; "
+                     "repeatable")
+        ->allow_extra_args(false);
+    add_force(*command, options->common);
+    add_quiet(*command, options->common);
+    add_threads(*command, options->common);
+    set_example(*command, "mscomp units faces.safetensors -o faces-units.run");
+    command->callback([options] { run_units(*options); });
+}
+
+void run_units(const UnitsOptions& options) {
+    run_training(
+        effective_config(options),
+        {options.output, "mscomp units " + options.input, again(options), false, options.common},
+        {});
+}
+
+}  // namespace mscomp
