@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -126,18 +127,23 @@ int code_of_failure(const CLI::App& app) {
     }
 }
 
-/// Destructors of libraries may take memory (those of nlohmann-json do), and where there is none
-/// the language ends the process. It ends as it would have.
+std::atomic<bool> is_memory_missing{false};
+
+[[noreturn]] void note_missing_memory() {
+    is_memory_missing = true;
+    throw std::bad_alloc();
+}
+
+/// Destructors of libraries may take memory (those of nlohmann-json and Ceres do), and where there
+/// is none the language ends the process, often without a word of what was thrown. It ends as it
+/// would have.
 [[noreturn]] void end_without_memory() noexcept {
     remove_temporary_files();
-    try {
-        if (std::current_exception()) throw;
-    } catch (const std::bad_alloc&) {
+    if (is_memory_missing) {
         write_all(STDERR_FILENO, "error: not enough memory\n");
         ::_exit(code_of(ExitCode::io));
-    } catch (...) {  // a bug, whose traces stay
     }
-    std::abort();
+    std::abort();  // a bug, whose traces stay
 }
 
 }  // namespace
@@ -158,6 +164,7 @@ int run_program(CLI::App& app, int argc, const char* const* argv) {
 
 int run_main(const Program& program, int argc, char** argv) {
     prepare_process(argv);
+    std::set_new_handler(note_missing_memory);
     std::set_terminate(end_without_memory);
     try {
         CLI::App app(program.description, program.name);

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <new>
 #include <stdexcept>
 #include <thread>
@@ -96,6 +97,32 @@ TEST(Program, WhatNobodyForesawIsABug) {
     const Outcome memory = run_throwing([] { throw std::bad_alloc(); });
     EXPECT_EQ(memory.code, 4);
     EXPECT_THAT(memory.err, HasSubstr("not enough memory"));
+}
+
+/// As a destructor that takes memory ends a program, where the compiler calls terminate() itself:
+/// nothing says any more what was thrown.
+[[noreturn]] void end_without_memory() {
+    volatile std::size_t size = std::numeric_limits<std::ptrdiff_t>::max();
+    try {
+        ::operator delete(::operator new(size));
+    } catch (const std::bad_alloc&) {
+        size = 0;
+    }
+    std::terminate();
+}
+
+TEST(ProgramDeathTest, MissingMemoryIsFourWhereverItIsMissing) {
+    ::setenv("GOMP_SPINCOUNT", "20000", 1);
+    ::setenv("OPENBLAS_NUM_THREADS", "1", 1);  // else the program would start itself anew
+    std::string name = "acapfeat", command = "work";
+    std::vector<char*> words{name.data(), command.data(), nullptr};
+    const auto work = [](CLI::App& app) {
+        CLI::App* own = app.add_subcommand("work", "Do it");
+        set_example(*own, "acapfeat work");
+        own->callback([] { end_without_memory(); });
+    };
+    EXPECT_EXIT(run_main({"acapfeat", "A program for tests", {work}}, 2, words.data()),
+                testing::ExitedWithCode(4), "not enough memory");
 }
 
 TEST(Program, HelpAndVersionAreAnswers) {

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// mscomp units: from features, and from another run, by the command line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/temporary_folder.h"
+#include "cli/sweep_fixture.h"
+
+namespace mscomp {
+namespace {
+
+using testing::HasSubstr;
+
+class UnitsCommand : public testing::Test {
+  protected:
+    UnitsCommand() {
+        std::filesystem::create_directories(work_);
+        run("acapfeat generate arm -o arm --frames 60 --vertices 300 --quiet", 0);
+        run("acapfeat extract arm -o arm.safetensors --quiet", 0);
+    }
+    Outcome run(const std::string& arguments, int code) const {
+        const Outcome outcome = shell(work_, std::string(MSCOMP_BIN_DIR) + "/" + arguments);
+        EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.err;
+        return outcome;
+    }
+    nlohmann::json json_of(const std::string& arguments) const {
+        return nlohmann::json::parse(run(arguments + " --json", 0).out);
+    }
+    std::string content(const std::string& name) const {
+        return TemporaryFolder::content(work_ + "/" + name);
+    }
+
+    TemporaryFolder temporary_;
+    std::string work_ = temporary_ / "work";
+};
+
+// A run like any other, whose configuration finds the same again; every unit says how sure it is.
+TEST_F(UnitsCommand, MakesARunLikeAnyOther) {
+    EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet", 0).out,
+                HasSubstr("u.run: 1 epochs, 1 steps, loss "));
+    EXPECT_THAT(content("u.run/log.txt"), HasSubstr("mscomp units arm.safetensors"));
+    EXPECT_THAT(content("u.run/log.txt"), HasSubstr("units: "));
+    EXPECT_EQ(json_of("mscomp info u.run").at("kind"), "units");
+    const auto report = json_of("mscomp evaluate u.run --quiet");
+    ASSERT_FALSE(report.at("component_list").empty());
+    for (const auto& component : report.at("component_list")) {
+        EXPECT_GE(component.at("votes"), 2);
+        EXPECT_GE(component.at("found_again"), 0);
+        EXPECT_LE(component.at("found_again"), 1);
+    }
+    EXPECT_THAT(run("mscomp evaluate u.run --quiet", 0).out,
+                HasSubstr("found again in subsets of the training shapes: "));
+    run("mscomp export-components u.run -o parts --tile 64 --quiet", 0);
+    run("mscomp synthesize u.run --weight 0=1 -o one.obj --quiet", 0);
+    run("mscomp train u.run/config.yaml -o again.run --threads 1 --quiet", 0);
+    EXPECT_EQ(content("again.run/checkpoint.safetensors"), content("u.run/checkpoint.safetensors"));
+}
+
+TEST_F(UnitsCommand, TurnsTheComponentsOfARunIntoUnits) {
+    run("mscomp init autoencoder > a.yaml", 0);
+    run("mscomp train a.yaml -o a.run --quiet --set data.features=arm.safetensors "
+        "--set model.components=12 --set train.epochs=60",
+        0);
+    run("mscomp units a.run -o u.run --quiet", 0);
+    EXPECT_THAT(content("u.run/config.yaml"), HasSubstr("a.run"));
+    EXPECT_THAT(content("u.run/log.txt"), HasSubstr("begins with the 12 components of "));
+    EXPECT_GT(json_of("mscomp evaluate u.run --quiet").at("component_list").size(), 0U);
+}
+
+TEST_F(UnitsCommand, AtMostSoMany) {
+    run("mscomp units arm.safetensors -o u.run --components 3 --quiet", 0);
+    EXPECT_EQ(json_of("mscomp evaluate u.run --quiet").at("component_list").size(), 3U);
+    EXPECT_THAT(run("mscomp units arm.safetensors -o v.run --components 0", 2).err,
+                HasSubstr("--components"));
+}
+
+TEST_F(UnitsCommand, SaysWhatCannotBe) {
+    EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet --set "
+                    "'data.split={train: every, step: 20}'",
+                    2)
+                    .err,
+                HasSubstr("3 training shapes, wanted 12 at least to find units in"));
+    run("mscomp init pca > p.yaml", 0);
+    run("mscomp train p.yaml -o p.run --quiet --set data.features=arm.safetensors "
+        "--set model.components=3",
+        0);
+    EXPECT_THAT(run("mscomp units p.run -o u.run", 2).err,
+                HasSubstr("whose components are changes of positions"));
+    EXPECT_THAT(run("mscomp units nothing.safetensors -o u.run", 4).err,
+                HasSubstr("nothing.safetensors"));
+    // Each shape moves in a way of its own: what is found is none, and that is said.
+    run("acapfeat generate twist -o twist --frames 30 --noise 0.3 --quiet", 0);
+    run("acapfeat extract twist -o twist.safetensors --quiet", 0);
+    EXPECT_THAT(
+        shell(work_, std::string(MSCOMP_BIN_DIR) + "/mscomp units twist.safetensors -o t.run").err,
+        testing::AnyOf(HasSubstr("What is found may be none"), HasSubstr("agree on a unit")));
+}
+
+}  // namespace
+}  // namespace mscomp
