@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "component_json.h"
+#include "component_sides.h"
+#include "mscomp/acap/area_metric.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/interruption.h"
@@ -48,10 +50,12 @@ nlohmann::ordered_json describe(const Component& component, const ModelContext& 
 struct ListedMotion {
     const Component* component = nullptr;
     ShownMotion motion;  // without places of vertices where it is not exported
+    int partner = -1;    // its mirror image in the list
 };
 
-/// Which of `listed` stand in the overview, rising: those that are drawn and, so that each is
-/// beside its parent, all that they refine. Gives them their parents, as numbers of this selection.
+/// Which of `listed` stand in the overview, coarse to fine: those that are drawn and, so that each
+/// is beside its parent, all that they refine; a mirror partner comes next. Gives them their
+/// parents, as numbers of this selection.
 std::vector<int> shown_with_parents(std::vector<ListedMotion>& listed) {
     std::map<std::string, int> numbers;
     for (std::size_t i = 0; i < listed.size(); ++i) {
@@ -67,12 +71,19 @@ std::vector<int> shown_with_parents(std::vector<ListedMotion>& listed) {
         for (int k = static_cast<int>(i); k >= 0; k = parent_of(k)) is_shown[at(k)] = true;
     }
     std::vector<int> shown, place(listed.size(), -1);
+    const auto show = [&](int i) {
+        if (i < 0 || !is_shown[at(i)] || place[at(i)] >= 0) return;
+        const int parent = parent_of(i);
+        listed[at(i)].motion.parent = parent < 0 ? -1 : place[at(parent)];
+        place[at(i)] = static_cast<int>(shown.size());
+        shown.push_back(i);
+    };
     for (std::size_t i = 0; i < listed.size(); ++i) {
-        if (!is_shown[i]) continue;
-        const int parent = parent_of(static_cast<int>(i));
-        listed[i].motion.parent = parent < 0 ? -1 : place[at(parent)];
-        place[i] = static_cast<int>(shown.size());
-        shown.push_back(static_cast<int>(i));
+        show(static_cast<int>(i));
+        const int partner = listed[i].partner;
+        const bool is_beside =
+            partner >= 0 && listed[at(partner)].component->level == listed[i].component->level;
+        if (is_beside) show(partner);
     }
     return shown;
 }
@@ -85,6 +96,44 @@ void describe_motion(const OverviewPlan& plan, std::size_t number, nlohmann::ord
     json["seen_from"] = {{"azimuth", tile.viewpoint.azimuth},
                          {"elevation", tile.viewpoint.elevation}};
 }
+
+/// Where components act, once it is known how the shape stands.
+class Sides {
+  public:
+    /// Of components in the order of `listed`.
+    Sides(const TrainedRun& run, const std::vector<Component>& components,
+          const std::vector<int>& listed) {
+        if (run.model->rows() != ShapeRows::features) return;
+        roots_ = area_metric(run.reference());
+        mirror_ = mirror_of(run.reference());
+        if (!mirror_) return;
+        std::vector<int> place(components.size());
+        for (std::size_t i = 0; i < listed.size(); ++i) place[at(listed[i])] = static_cast<int>(i);
+        const auto sides = component_sides(components, run.reference(), *mirror_);
+        for (const int i : listed) {
+            sides_.push_back(sides[at(i)]);
+            if (sides_.back().partner >= 0) {
+                sides_.back().partner = place[at(sides_.back().partner)];
+            }
+        }
+    }
+    /// In the list; -1: none.
+    int partner(std::size_t i) const { return sides_.empty() ? -1 : sides_[i].partner; }
+    void describe(std::size_t i, const std::vector<ListedMotion>& listed, const Stance& stance,
+                  nlohmann::ordered_json& json) const {
+        json["acts"] = json["side"] = json["mirror_partner"] = nullptr;
+        if (!roots_.empty()) json["acts"] = way_of_acting(listed[i].component->difference, roots_);
+        if (sides_.empty()) return;
+        const std::string side = side_name(sides_[i], *mirror_, stance);
+        if (!side.empty()) json["side"] = side;
+        if (partner(i) >= 0) json["mirror_partner"] = listed[at(partner(i))].component->id;
+    }
+
+  private:
+    std::vector<float> roots_;
+    std::optional<Mirror> mirror_;
+    std::vector<ComponentSide> sides_;
+};
 
 /// Meshes that an earlier export into this folder names: they would stand beside the new ones.
 void drop_earlier_export(const std::string& folder, OutputFolder& output) {
@@ -119,13 +168,15 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     std::vector<ListedMotion> listed;
     int kept = 0;
-    for (const int i : strongest_first(components)) {
+    const std::vector<int> order = strongest_first(components);
+    const Sides sides(run, components, order);
+    for (const int i : order) {
         const Component& component = components[at(i)];
         throw_if_interrupted(fmt::format("interrupted; nothing was changed in {}", folder));
         const bool has_file = component.kept || options.all;
         list.push_back(describe(component, run.context(), has_file));
         kept += component.kept ? 1 : 0;
-        listed.push_back({&component, {component.id, -1, {}}});
+        listed.push_back({&component, {component.id, -1, {}}, sides.partner(listed.size())});
         if (has_file) {
             ColoredShape shape = meshes.colored(component.difference);
             write_colored_ply(output.path(file_name(component)), meshes.whole(shape));
@@ -150,6 +201,9 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
     const OverviewPlan plan = plan_overview(run.reference(), motions, overview);
     for (std::size_t k = 0; k < motions.size(); ++k) {
         if (!motions[k].moved.empty()) describe_motion(plan, k, list[at(shown[k])]);
+    }
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        sides.describe(i, listed, plan.stance, list[i]);
     }
     write_png(output.path("overview.png"), draw_overview(run.reference(), motions, plan, overview));
     const nlohmann::ordered_json stance{{"up", axis_name(plan.stance.up)},

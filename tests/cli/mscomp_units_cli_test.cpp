@@ -54,6 +54,12 @@ TEST_F(UnitsCommand, MakesARunLikeAnyOther) {
     EXPECT_THAT(run("mscomp evaluate u.run --quiet", 0).out,
                 HasSubstr("found again in subsets of the training shapes: "));
     run("mscomp export-components u.run -o parts --tile 64 --quiet", 0);
+    const auto listed = nlohmann::json::parse(content("parts/components.json")).at("components");
+    for (const auto& component : listed) {
+        EXPECT_THAT(component.at("acts"), testing::AnyOf("turns", "stretches", "both"));
+        EXPECT_TRUE(component.contains("side"));
+        EXPECT_TRUE(component.contains("mirror_partner"));
+    }
     run("mscomp synthesize u.run --weight 0=1 -o one.obj --quiet", 0);
     run("mscomp train u.run/config.yaml -o again.run --threads 1 --quiet", 0);
     EXPECT_EQ(content("again.run/checkpoint.safetensors"), content("u.run/checkpoint.safetensors"));
