@@ -139,11 +139,18 @@ std::atomic<bool> is_memory_missing{false};
 /// would have.
 [[noreturn]] void end_without_memory() noexcept {
     remove_temporary_files();
+    try {
+        if (std::current_exception()) throw;
+    } catch (const std::bad_alloc&) {
+        is_memory_missing = true;  // of who allocates otherwise, such as Eigen
+    } catch (...) {
+        write_all(STDERR_FILENO, "error: this is a bug, please report it\n");
+    }
     if (is_memory_missing) {
         write_all(STDERR_FILENO, "error: not enough memory\n");
         ::_exit(code_of(ExitCode::io));
     }
-    std::abort();  // a bug, whose traces stay
+    std::abort();  // its traces stay
 }
 
 }  // namespace

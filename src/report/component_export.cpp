@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -122,7 +123,9 @@ class Sides {
     void describe(std::size_t i, const std::vector<ListedMotion>& listed, const Stance& stance,
                   nlohmann::ordered_json& json) const {
         json["acts"] = json["side"] = json["mirror_partner"] = nullptr;
-        if (!roots_.empty()) json["acts"] = way_of_acting(listed[i].component->difference, roots_);
+        if (roots_.empty()) return;
+        const std::string acts = way_of_acting(listed[i].component->difference, roots_);
+        if (!acts.empty()) json["acts"] = acts;
         if (sides_.empty()) return;
         const std::string side = side_name(sides_[i], *mirror_, stance);
         if (!side.empty()) json["side"] = side;

@@ -40,17 +40,17 @@ Eigen::MatrixXf mirrored_cosines(std::span<const Component> components, const Mi
     const auto count = static_cast<Eigen::Index>(components.size());
     const auto vertices = static_cast<int>(roots.size());
     Eigen::MatrixXf ends(static_cast<Eigen::Index>(roots.size()) * kFeatureDim, 2 * count);
-    Eigen::MatrixXf images(ends.rows(), 2 * count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-        const Component& c = components[at(k)];
-        for (const auto& [column, row] :
-             {std::pair{2 * k, &c.difference}, {2 * k + 1, &c.other_difference}}) {
-            const MemoryFeatures one(*row, vertices);
-            ends.col(column) = counted(*row, roots);
-            images.col(column) = counted(MirroredFeatures(one, mirror).shape(1), roots);
-        }
+    const auto end = [&](Eigen::Index column) -> const std::vector<float>& {
+        const Component& c = components[at(column / 2)];
+        return column % 2 == 0 ? c.difference : c.other_difference;
+    };
+    for (Eigen::Index k = 0; k < 2 * count; ++k) ends.col(k) = counted(end(k), roots);
+    Eigen::MatrixXf all(2 * count, 2 * count);  // one image at a time: they may be large
+    for (Eigen::Index k = 0; k < 2 * count; ++k) {
+        const MemoryFeatures one(end(k), vertices);
+        const MirroredFeatures both(one, mirror);
+        all.col(k) = (ends.transpose() * counted(both.shape(1), roots)).cwiseAbs();
     }
-    const Eigen::MatrixXf all = (ends.transpose() * images).cwiseAbs();
     Eigen::MatrixXf cosines(count, count);
     for (Eigen::Index k = 0; k < count; ++k) {
         for (Eigen::Index l = 0; l < count; ++l) {
@@ -103,7 +103,8 @@ std::string side_name(const ComponentSide& side, const Mirror& mirror, const Sta
     const Point left = cross(stance.up, stance.front);
     const double across = normal_of(mirror).dot(Eigen::Vector3d(left[0], left[1], left[2]));
     if (std::abs(across) < kAcross) return "";
-    const double part = across > 0 ? side.part : 1 - side.part;
+    if (!side.part) return "";
+    const double part = across > 0 ? *side.part : 1 - *side.part;
     return part >= kMost ? "left" : part <= 1 - kMost ? "right" : "middle";
 }
 
@@ -118,6 +119,7 @@ std::string way_of_acting(std::span<const float> difference, std::span<const flo
         all += square;
         turns += c < 3 ? square : 0;
     }
+    if (all == 0) return "";
     return turns >= kMost * all ? "turns" : turns <= (1 - kMost) * all ? "stretches" : "both";
 }
 

@@ -15,8 +15,10 @@ namespace mscomp {
 
 /// Where a component acts beside the mirror plane of the reference.
 struct ComponentSide {
-    double part = 0.5;  // of its square, on the side that the normal of the plane points to
-    int partner = -1;   // the component that it is the mirror image of; -1: none
+    /// Of its square, on the side that the normal of the plane points to; none for a component that
+    /// does nothing.
+    std::optional<double> part;
+    int partner = -1;  // the component that it is the mirror image of; -1: none
 };
 
 /// Of components whose differences are features (V,9), errors counted by area. Partners are each
@@ -27,11 +29,11 @@ std::vector<ComponentSide> component_sides(std::span<const Component> components
 
 /// "left", "right" or "middle" where at least four fifths of a component, or less, act on one side,
 /// as the shape itself would say it: left is up x front. "" where the plane does not part left from
-/// right, so that the front is no more than guessed.
+/// right, so that the front is no more than guessed, and for a component that does nothing.
 std::string side_name(const ComponentSide& side, const Mirror& mirror, const Stance& stance);
 
-/// "turns", "stretches" or "both" by whether four fifths of the square of a difference of features,
-/// counted by area, are in rotations or in stretch.
+/// "turns", "stretches" or "both" ("" for nothing at all) by whether four fifths of the square of a
+/// difference of features, counted by area, are in rotations or in stretch.
 std::string way_of_acting(std::span<const float> difference, std::span<const float> area_roots);
 
 }  // namespace mscomp

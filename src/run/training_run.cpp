@@ -108,7 +108,8 @@ class Training {
                 go_back(error, options);
             }
         }
-        return is_stopped;
+        // Asked to stop, but there is nothing left to go on with.
+        return is_stopped && !learner_.is_over();
     }
 
   private:

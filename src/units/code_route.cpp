@@ -24,8 +24,9 @@ std::vector<int> subset(const MatrixXd& gram, std::uint64_t number) {
     const auto count = at(gram.rows());
     std::vector<std::uint64_t> keys(count);
     for (std::size_t n = 0; n < count; ++n) {
-        const double square = gram(static_cast<Index>(n), static_cast<Index>(n));
-        keys[n] = CounterRandom(std::bit_cast<std::uint64_t>(square), number).bits(0);
+        // Rounded, so that the last bits of a sum decide nothing.
+        const auto square = static_cast<float>(gram(static_cast<Index>(n), static_cast<Index>(n)));
+        keys[n] = CounterRandom(std::bit_cast<std::uint32_t>(square), number).bits(0);
     }
     std::vector<int> order(count);
     std::iota(order.begin(), order.end(), 0);

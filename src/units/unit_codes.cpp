@@ -72,14 +72,19 @@ UnitCodes agreed(const MatrixXd& candidates) {
     for (;;) {
         Index best = -1;
         int most = 0;
+        double nearest = 0;  // sum of the cosines: the order of the shapes decides nothing
         for (Index i = 0; i < cosines.cols(); ++i) {
             if (is_left[at(i)] == 0) continue;
             int votes = 0;
+            double sum = 0;
             for (Index j = 0; j < cosines.cols(); ++j) {
-                votes += is_left[at(j)] != 0 && cosines(j, i) >= kSame ? 1 : 0;
+                if (is_left[at(j)] == 0 || cosines(j, i) < kSame) continue;
+                ++votes;
+                sum += cosines(j, i);
             }
-            if (votes > most) {
+            if (votes > most || (votes == most && sum > nearest)) {
                 most = votes;
+                nearest = sum;
                 best = i;
             }
         }
@@ -115,9 +120,9 @@ double unexplained(const MatrixXd& gram, const MatrixXd& codes) {
 }
 
 UnitCodes refitted(const MatrixXd& gram, UnitCodes units) {
-    constexpr int kRounds = 15;
+    constexpr int kTurns = 15;
     MatrixXd codes = units.codes.cwiseMax(0);
-    for (int round = 0; round < kRounds && codes.cols() > 0; ++round) {
+    for (int round = 0; round < kTurns && codes.cols() > 0; ++round) {
         // C = (ZᵀZ)⁻¹ Zᵀ X.
         const MatrixXd by_shapes = normal_equations(codes).solve(codes.transpose());
         const MatrixXd products = by_shapes * gram;

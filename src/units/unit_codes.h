@@ -17,8 +17,9 @@ struct UnitCodes {
 /// Units `which`, in that order.
 UnitCodes chosen(const UnitCodes& units, const std::vector<int>& which);
 
-/// Candidates (N,M) that have a cosine of at least 0.95 are one; that with the most such neighbours
-/// stands for them. Those of which there is only one are left out; the most votes first.
+/// Candidates (N,M) that have a |cosine| of at least 0.95 are one; that with the most such
+/// neighbours, the nearest of equals, stands for them. Those of which there is only one are left
+/// out; the most votes first.
 UnitCodes agreed(const Eigen::MatrixXd& candidates);
 
 /// Without those that the others predict (R² of at least 0.98 without an offset), the fewest votes

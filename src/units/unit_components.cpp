@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "multiscale/vertex_loops.h"
@@ -54,7 +55,7 @@ std::size_t count_of_large(const std::vector<int>& supports) {
     constexpr double kJump = 1.5;
     std::size_t count = supports.size();
     double most = kJump;
-    const std::size_t least = std::max<std::size_t>(2, supports.size() / 5);
+    const std::size_t least = std::max<std::size_t>(2, (supports.size() + 4) / 5);
     for (std::size_t i = least; i + least <= supports.size(); ++i) {
         const double jump =
             static_cast<double>(supports[i - 1]) / std::max(1.0, static_cast<double>(supports[i]));

@@ -59,6 +59,11 @@ void UnitModel::save(StoredArrays& arrays) const {
 
 void UnitModel::load(const SafetensorsFile& file) {
     BallComponents components = load_balls(file, vertex_count());
+    const int most = settings_.components > 0 ? settings_.components : kMostUnits;
+    if (components.count() > most) {
+        throw CheckpointError(file.path(),
+                              fmt::format("{} units, wanted {} at most", components.count(), most));
+    }
     const auto levels = file.data<int>(kLevels, {-1});
     const auto votes = file.data<int>(kVotes, {components.count()});
     const auto again = file.data<double>(kAgain, {components.count()});

@@ -11,7 +11,7 @@ namespace {
 KindKeys keys(Config& config) {
     auto& own = config.own<UnitSettings>();
     return {"Components that are one thing each.",
-            {{"components", &own.components, Bounds{0, 10'000},
+            {{"components", &own.components, Bounds{0, kMostUnits},
               "at most so many, those that move most; 0: as many as are found"}},
             "",
             {},

@@ -273,7 +273,7 @@ TEST(ConfigFile, WrongOverridesNameTheOption) {
 
 TEST(ConfigFile, UnknownKindListsTheKnownOnes) {
     EXPECT_THAT(kind_names(), ElementsAre("multiscale", "stacked-attention", "autoencoder",
-                                          "spectral-vae", "pca"));
+                                          "spectral-vae", "units", "pca"));
     try {
         default_config("pcaa");
         FAIL();

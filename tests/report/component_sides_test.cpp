@@ -79,6 +79,15 @@ TEST_F(Sides, ArePartnersWhereOneIsTheMirrorImageOfTheOther) {
     EXPECT_EQ(side_name(sides[0], *mirror_, flank), "");
 }
 
+TEST_F(Sides, WhatDoesNothingIsNowhere) {
+    const std::vector<float> nothing(9 * vertices());
+    const std::vector<Component> all{component(nothing), component(nothing)};
+    const auto sides = component_sides(all, mesh_, *mirror_);
+    EXPECT_EQ(side_name(sides[0], *mirror_, {}), "");
+    EXPECT_EQ(sides[0].partner, -1);
+    EXPECT_EQ(way_of_acting(nothing, area_metric(mesh_)), "");
+}
+
 // Another that looks less like the image has none: the image has its partner already.
 TEST_F(Sides, ThirdsAreNoPartners) {
     const auto right = around({-0.9, 0, 0.4}, 1), left = mirrored(right);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "multiscale/ball_cases.h"
@@ -62,6 +63,26 @@ TEST(CodeRoute, TheOrderOfShapesAndTheirUnitDoNotMatter) {
     }
 }
 
+// Also where codes explain too little to be fitted, so that those of one read-out are the result.
+TEST(CodeRoute, NorDoesTheOrderMatterWhereLittleIsExplained) {
+    const Planted planted;
+    const MatrixXd shapes = planted.shapes + 6 * cases::random_matrix(60, 200, 8);
+    const std::vector<int> order = CounterRandom(5, 5).permutation(60);
+    MatrixXd mixed(60, 200);
+    for (int n = 0; n < 60; ++n) mixed.row(n) = shapes.row(order[at(n)]);
+    const FoundUnits wanted = find_units(shapes * shapes.transpose());
+    const FoundUnits found = find_units(mixed * mixed.transpose());
+    EXPECT_GT(wanted.unexplained, 0.2);
+    ASSERT_EQ(found.units.votes, wanted.units.votes);
+    EXPECT_EQ(found.again, wanted.again);
+    EXPECT_EQ(found.noise, wanted.noise);
+    for (int n = 0; n < 60; ++n) {
+        for (int k = 0; k < found.units.count(); ++k) {
+            EXPECT_NEAR(found.units.codes(n, k), wanted.units.codes(order[at(n)], k), 1e-6);
+        }
+    }
+}
+
 // A shape that is the reference says nothing, and does not disturb.
 TEST(CodeRoute, ShapesThatAreTheReferenceCountForNothing) {
     Planted planted;
@@ -86,9 +107,20 @@ TEST(QuietCodes, AreOneAtTheirShapeAndNearlyZeroWhereItsUnitIsOff) {
     EXPECT_EQ(basis.sizes.size(), 3) << "no more directions than there are";
     EXPECT_NEAR(basis.size, planted.shapes.norm(), 1e-9 * basis.size);
     const MatrixXd codes = quiet_codes(basis, 0.003);
+    int of_units = 0;
     for (Eigen::Index m = 0; m < codes.cols(); ++m) {
         EXPECT_NEAR(codes.col(m).cwiseAbs().maxCoeff(), 1, 1e-12);
+        for (Eigen::Index k = 0; k < 3; ++k) {
+            const double cosine = codes.col(m).normalized().dot(planted.codes.col(k).normalized());
+            if (cosine < 0.95) continue;
+            ++of_units;
+            for (Eigen::Index n = 0; n < codes.rows(); ++n) {
+                if (planted.codes(n, k) > 0) continue;
+                EXPECT_LT(std::abs(codes(n, m)), 0.05);
+            }
+        }
     }
+    EXPECT_GT(of_units, 20);
 }
 
 TEST(UnitCodes, WhatTheOthersPredictIsLeftOut) {

@@ -139,6 +139,9 @@ TEST_F(UnitModelTest, AFileMustHoldWhatUnitsAre) {
     EXPECT_THROW(loaded({1, 2}, {5, -3, 2}, {1, 0.5, 0}), CheckpointError);
     EXPECT_THROW(loaded({1, 2}, {5, 3, 2}, {1, 1.5, 0}), CheckpointError);
     EXPECT_THROW(loaded({3, 0}, {5, 3, 2}, {1, 0.5, 0}), CheckpointError);
+    config_.settings = UnitSettings{2};
+    EXPECT_THROW(loaded({1, 2}, {5, 3, 2}, {1, 0.5, 0}), CheckpointError) << "three, wanted two";
+    config_.settings = UnitSettings{};
     EXPECT_THROW(loaded({1, 1, 1}, {5, 3, 2}, {1, 0.5, 0}), CheckpointError);
 }
 

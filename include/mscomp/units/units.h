@@ -5,6 +5,8 @@
 
 namespace mscomp {
 
+inline constexpr int kMostUnits = 10'000;
+
 /// What the configuration of the kind holds for itself (method §10).
 struct UnitSettings {
     int components = 0;  // at most so many, those that move most; 0: as many as there are

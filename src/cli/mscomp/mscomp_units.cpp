@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "mscomp/config/config_file.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp/run/unit_search.h"
 #include "mscomp_commands.h"
 #include "training_command.h"
@@ -23,12 +24,10 @@ Config effective_config(const UnitsOptions& options) {
     return config;
 }
 
-std::string again(const UnitsOptions& options) {
-    std::string command =
-        fmt::format("mscomp units {} -o {}", quoted(options.input), quoted(options.output));
-    if (options.components > 0) command += fmt::format(" --components {}", options.components);
-    for (const std::string& set : options.overrides) command += " --set " + quoted(set);
-    return command;
+/// The run folder has all that was asked for.
+std::string how_to_go_on(const UnitsOptions& options) {
+    return fmt::format("mscomp train {} -o {} --resume", quoted(config_path(options.output)),
+                       quoted(options.output));
 }
 
 }  // namespace
@@ -60,10 +59,10 @@ void setup_units(CLI::App& app) {
 }
 
 void run_units(const UnitsOptions& options) {
-    run_training(
-        effective_config(options),
-        {options.output, "mscomp units " + options.input, again(options), false, options.common},
-        {});
+    run_training(effective_config(options),
+                 {options.output, "mscomp units " + options.input, how_to_go_on(options), false,
+                  options.common},
+                 {});
 }
 
 }  // namespace mscomp
