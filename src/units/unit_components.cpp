@@ -137,7 +137,8 @@ UnitOrder order_of_units(const BallComponents& components, const MatrixXd& codes
     std::ranges::sort(supports, std::greater{});
     const std::size_t large = count_of_large(supports);
     const int least = supports[large - 1];
-    std::ranges::stable_partition(order.units, [&](int k) { return support(k) >= least; });
+    std::stable_partition(order.units.begin(), order.units.end(),
+                          [&](int k) { return support(k) >= least; });
     order.levels.push_back(static_cast<int>(large));
     if (large < supports.size()) {
         order.levels.push_back(static_cast<int>(supports.size() - large));
