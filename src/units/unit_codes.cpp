@@ -147,6 +147,8 @@ UnitCodes refitted(const MatrixXd& gram, UnitCodes units) {
 std::vector<bool> found_again(const UnitCodes& all, const UnitCodes& part,
                               const std::vector<int>& which) {
     constexpr double kSame = 0.9;
+    std::vector<bool> result(at(all.codes.cols()), false);
+    if (all.count() == 0 || part.count() == 0) return result;
     MatrixXd here(static_cast<Index>(which.size()), all.codes.cols());
     for (std::size_t n = 0; n < which.size(); ++n) {
         here.row(static_cast<Index>(n)) = all.codes.row(which[n]);
@@ -156,7 +158,6 @@ std::vector<bool> found_again(const UnitCodes& all, const UnitCodes& part,
         return MatrixXd(codes.colwise().normalized());
     };
     MatrixXd table = (centred(here).transpose() * centred(part.codes)).cwiseAbs();
-    std::vector<bool> result(at(all.codes.cols()), false);
     Index k = 0, l = 0;
     while (table.size() > 0 && table.maxCoeff(&k, &l) >= kSame) {
         result[at(k)] = true;
