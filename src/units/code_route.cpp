@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <utility>
 
 #include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
-#include "units/quiet_codes.h"
 
 namespace mscomp {
 namespace {
@@ -19,14 +19,16 @@ constexpr double kNoises[] = {0.003, 0.01, 0.02, 0.04, 0.08};
 constexpr int kSubsets = 2;
 constexpr int kMostDirections = 60, kSpareShapes = 10;
 
-/// Four fifths of the shapes, drawn by their sizes: the same shapes in any order.
+/// Four fifths of the shapes, drawn by their sizes beside all: the same in any order and unit.
 std::vector<int> subset(const MatrixXd& gram, std::uint64_t number) {
     const auto count = at(gram.rows());
+    const double all = gram.trace();
     std::vector<std::uint64_t> keys(count);
     for (std::size_t n = 0; n < count; ++n) {
         // Rounded, so that the last bits of a sum decide nothing.
-        const auto square = static_cast<float>(gram(static_cast<Index>(n), static_cast<Index>(n)));
-        keys[n] = CounterRandom(std::bit_cast<std::uint32_t>(square), number).bits(0);
+        const double square = gram(static_cast<Index>(n), static_cast<Index>(n));
+        const auto part = static_cast<float>(all > 0 ? square / all : 0);
+        keys[n] = CounterRandom(std::bit_cast<std::uint32_t>(part), number).bits(0);
     }
     std::vector<int> order(count);
     std::iota(order.begin(), order.end(), 0);
@@ -46,14 +48,23 @@ MatrixXd part_of(const MatrixXd& gram, const std::vector<int>& which) {
     return part;
 }
 
+/// Shapes, and what stays the same for every noise.
+struct Shapes {
+    explicit Shapes(MatrixXd products)
+        : gram(std::move(products)),
+          basis(shape_basis(
+              gram, std::clamp(static_cast<int>(gram.rows()) - kSpareShapes, 1, kMostDirections))) {
+    }
+
+    MatrixXd gram;
+    ShapeBasis basis;
+};
+
 }  // namespace
 
-UnitCodes code_route(const MatrixXd& gram, double noise) {
+UnitCodes code_route(const MatrixXd& gram, const ShapeBasis& basis, double noise) {
     // Beyond, least squares of codes that are never negative leaves units that are none.
     constexpr double kMostUnexplained = 0.2;
-    const int most =
-        std::max(1, std::min<int>(kMostDirections, static_cast<int>(gram.rows()) - kSpareShapes));
-    const ShapeBasis basis = shape_basis(gram, most);
     if (basis.sizes.size() == 0) return {MatrixXd(gram.rows(), 0), {}};
     UnitCodes units = without_predicted(agreed(quiet_codes(basis, noise)));
     if (unexplained(gram, units.codes) > kMostUnexplained) return units;
@@ -65,16 +76,21 @@ double FoundUnits::found_again() const { return std::accumulate(again.begin(), a
 double FoundUnits::score() const { return found_again() * (1 - unexplained); }
 
 FoundUnits find_units(const MatrixXd& gram) {
+    const Shapes all(gram);
     std::vector<std::vector<int>> subsets;
-    for (int s = 0; s < kSubsets; ++s) subsets.push_back(subset(gram, static_cast<unsigned>(s)));
+    std::vector<Shapes> parts;
+    for (int s = 0; s < kSubsets; ++s) {
+        subsets.push_back(subset(gram, static_cast<unsigned>(s)));
+        parts.emplace_back(part_of(gram, subsets.back()));
+    }
     FoundUnits best;
     for (const double noise : kNoises) {
-        FoundUnits found{code_route(gram, noise), {}, noise, 1};
+        FoundUnits found{code_route(gram, all.basis, noise), {}, noise, 1};
         found.unexplained = unexplained(gram, found.units.codes);
         found.again.assign(at(found.units.count()), 0.0);
-        for (const std::vector<int>& which : subsets) {
-            const UnitCodes part = code_route(part_of(gram, which), noise);
-            const std::vector<bool> is_there = found_again(found.units, part, which);
+        for (std::size_t s = 0; s < parts.size(); ++s) {
+            const UnitCodes part = code_route(parts[s].gram, parts[s].basis, noise);
+            const std::vector<bool> is_there = found_again(found.units, part, subsets[s]);
             for (std::size_t k = 0; k < is_there.size(); ++k) {
                 found.again[k] += is_there[k] ? 1.0 / kSubsets : 0.0;
             }

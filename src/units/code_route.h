@@ -3,14 +3,16 @@
 
 #include <Eigen/Core>
 
+#include "units/quiet_codes.h"
 #include "units/unit_codes.h"
 
 namespace mscomp {
 
 /// Units that switch on and off, from nothing but the inner products (N,N) of all pairs of shapes
-/// (method §10, code route, steps 1 to 5): quiet read-outs that at least two shapes agree on,
-/// without those that others predict, fitted without negative codes where they explain the shapes.
-UnitCodes code_route(const Eigen::MatrixXd& gram, double noise);
+/// and their `basis` (method §10, code route, steps 2 to 5): quiet read-outs that at least two
+/// shapes agree on, without those that others predict, fitted without negative codes where they
+/// explain the shapes.
+UnitCodes code_route(const Eigen::MatrixXd& gram, const ShapeBasis& basis, double noise);
 
 /// What it finds at the noise at which the most units are found again.
 struct FoundUnits {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <utility>
 
 #include "mscomp/base/error.h"
@@ -85,9 +86,10 @@ void UnitLearner::begin(const MetricRows& rows, const MatrixXd& gram) {
 
 /// The strongest of what was found, level by level.
 void UnitLearner::take(const MetricRows& rows, const FoundUnits& found) {
-    std::vector<int> which =
-        by_movement(unit_components(rows, found.units.codes), found.units.codes);
+    std::vector<int> which(at(found.units.count()));
+    std::iota(which.begin(), which.end(), 0);
     if (settings_.components > 0 && std::ssize(which) > settings_.components) {
+        which = by_movement(unit_components(rows, found.units.codes), found.units.codes);
         which.resize(at(settings_.components));
     }
     const UnitCodes units = chosen(found.units, which);

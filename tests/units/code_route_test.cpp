@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -121,6 +122,19 @@ TEST(QuietCodes, AreOneAtTheirShapeAndNearlyZeroWhereItsUnitIsOff) {
         }
     }
     EXPECT_GT(of_units, 20);
+}
+
+// All three are each other's neighbours: the one in the middle stands for them, in any order.
+TEST(UnitCodes, TheNearestOfEqualsStandsForThem) {
+    MatrixXd fan(2, 3);
+    for (int i = 0; i < 3; ++i) fan.col(i) << std::cos(0.1 * i), std::sin(0.1 * i);
+    for (const auto& order : {std::array{0, 1, 2}, {1, 2, 0}, {2, 0, 1}}) {
+        MatrixXd candidates(2, 3);
+        for (int i = 0; i < 3; ++i) candidates.col(i) = fan.col(order[at(i)]);
+        const UnitCodes units = agreed(candidates);
+        ASSERT_EQ(units.votes, (std::vector<int>{3}));
+        EXPECT_TRUE(units.codes.col(0) == fan.col(1)) << order[0];
+    }
 }
 
 TEST(UnitCodes, WhatTheOthersPredictIsLeftOut) {
