@@ -21,6 +21,13 @@ using Eigen::MatrixXd;
 constexpr int kFewestShapes = 12;
 // Sets whose units are known are above the first, and below the second, by far.
 constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5;
+constexpr double kMostMoving = 0.5;  // part of the vertices, mean of the units
+
+double mean_support(const BallComponents& components) {
+    double sum = 0;
+    for (const Ball& ball : components.balls()) sum += static_cast<double>(ball.vertices.size());
+    return sum / (static_cast<double>(components.count()) * components.vertex_count());
+}
 
 }  // namespace
 
@@ -81,6 +88,13 @@ void UnitLearner::begin(const MetricRows& rows, const MatrixXd& gram) {
             100 * part, found.units.count(), 100 * (1 - found.unexplained)));
     }
     take(rows, found);
+    const double moving = mean_support(model_.components());
+    if (moving > kMostMoving) {
+        warnings_.push_back(fmt::format(
+            "the units move {:.3g} % of the mesh on average: joints, and what else hardly ever "
+            "rests, are no units of this sort. What is found may be none",
+            100 * moving));
+    }
     state_ = {};
 }
 

@@ -97,6 +97,9 @@ TEST_F(UnitsCommand, SaysWhatCannotBe) {
                 HasSubstr("whose components are changes of positions"));
     EXPECT_THAT(run("mscomp units nothing.safetensors -o u.run", 4).err,
                 HasSubstr("nothing.safetensors"));
+    // Joints: the whole arm follows.
+    EXPECT_THAT(run("mscomp units arm.safetensors -o w.run", 0).err,
+                HasSubstr("of the mesh on average: joints"));
     // Each shape moves in a way of its own: what is found is none, and that is said.
     run("acapfeat generate twist -o twist --frames 30 --noise 0.3 --quiet", 0);
     run("acapfeat extract twist -o twist.safetensors --quiet", 0);

@@ -72,6 +72,7 @@ TEST_F(UnitModelTest, FindsTheUnitsOfFeaturesAndGivesShapesBack) {
     const auto learner = started(*model, shapes);
     ASSERT_EQ(model->code_count(), 4);
     ASSERT_EQ(learner->notes().size(), 1U);
+    EXPECT_TRUE(learner->warnings().empty()) << learner->warnings().front();
     EXPECT_FALSE(learner->is_over());
     EXPECT_LT(learner->run_epoch().total, 1e-6);
     EXPECT_TRUE(learner->is_over());
