@@ -206,6 +206,6 @@ std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place
 
 }  // namespace
 
-Kind pca() { return {"pca", ShapeRows::positions, set_defaults, keys, make}; }
+Kind pca() { return {"pca", always_positions, set_defaults, keys, make}; }
 
 }  // namespace mscomp

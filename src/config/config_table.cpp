@@ -42,7 +42,8 @@ Table data_table(DataConfig& data, const Kind& kind) {
         {"features", &data.features, {}, "from acapfeat extract; relative to this file"},
         {"split", split_table(data.split), {}, "Which shapes the model is trained on."},
     };
-    if (kind.rows != ShapeRows::features) return table;
+    // A kind whose settings say what it works on is read before they are known.
+    if (kind.rows(default_config(kind.name)) != ShapeRows::features) return table;
     if (kind.has_center) {
         append(
             table,
@@ -95,7 +96,7 @@ Table config_table(Config& config) {
     if (!own.train.empty()) {
         table.push_back({"train", std::move(own.train), {}, "How it is trained."});
     }
-    table.push_back({"filter", filter_table(config.filter), {}, filter_comment(kind.rows)});
+    table.push_back({"filter", filter_table(config.filter), {}, filter_comment(kind.rows(config))});
     return table;
 }
 

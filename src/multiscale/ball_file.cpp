@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kCenters = "components/centers";
 constexpr const char* kFirst = "components/first";        // (K+1) into what follows
 constexpr const char* kVertices = "components/vertices";  // of each ball, rising
-constexpr const char* kValues = "components/values";      // (..,9)
+constexpr const char* kValues = "components/values";      // (..,width)
 constexpr const char* kParents = "components/parents";    // (K) where they were begun with
 
 /// Vertices of one ball. Throws CheckpointError unless they rise and are of the mesh.
@@ -53,34 +53,35 @@ void BallModel::save_balls(StoredArrays& arrays) const {
     arrays.keep<int>(kCenters, {components_.count()}, std::move(centers));
     arrays.keep<std::int64_t>(kFirst, {components_.count() + 1}, std::move(first));
     arrays.keep<int>(kVertices, {entries}, std::move(vertices));
-    arrays.keep<float>(kValues, {entries, kFeatureDim}, std::move(values));
+    arrays.keep<float>(kValues, {entries, components_.width()}, std::move(values));
     if (!parents_.empty()) arrays.keep<int>(kParents, {components_.count()}, parents_);
 }
 
-BallComponents BallModel::load_balls(const SafetensorsFile& file, int vertex_count) {
+BallComponents BallModel::load_balls(const SafetensorsFile& file) const {
+    const int width = map_.width();
     const auto centers = file.data<int>(kCenters, {-1});
     const auto count = static_cast<std::int64_t>(centers.size());
     const auto first = file.data<std::int64_t>(kFirst, {count + 1});
     const auto vertices = file.data<int>(kVertices, {-1});
     const auto entries = static_cast<std::int64_t>(vertices.size());
-    const auto values = file.data<float>(kValues, {entries, kFeatureDim});
+    const auto values = file.data<float>(kValues, {entries, width});
     if (first[0] != 0 || first[at(count)] != entries || !std::ranges::is_sorted(first)) {
         throw CheckpointError(file.path(), fmt::format("{} does not rise to the {} entries of {}",
                                                        kFirst, entries, kVertices));
     }
     std::vector<Ball> balls(at(count));
     for (std::size_t k = 0; k < balls.size(); ++k) {
-        if (centers[k] < 0 || centers[k] >= vertex_count) {
+        if (centers[k] < 0 || centers[k] >= vertex_count()) {
             throw CheckpointError(
-                file.path(), fmt::format("centre {} of {} vertices", centers[k], vertex_count));
+                file.path(), fmt::format("centre {} of {} vertices", centers[k], vertex_count()));
         }
         balls[k] = {centers[k],
                     checked_vertices(vertices.subspan(at(first[k]), at(first[k + 1] - first[k])),
-                                     vertex_count, file.path())};
+                                     vertex_count(), file.path())};
     }
-    BallComponents components(vertex_count, std::move(balls));
+    BallComponents components(vertex_count(), std::move(balls), width);
     for (int k = 0; k < components.count(); ++k) {
-        components.set_component(k, values.subspan(at(first[at(k)]) * kFeatureDim));
+        components.set_component(k, values.subspan(at(first[at(k)]) * at(width)));
     }
     return components;
 }

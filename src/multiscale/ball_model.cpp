@@ -5,8 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "mscomp/base/feature_set.h"
-#include "multiscale/feature_columns.h"
+#include "multiscale/code_columns.h"
 #include "multiscale/vertex_loops.h"
 
 namespace mscomp {
@@ -37,13 +36,10 @@ std::vector<int> BallModel::parents() const {
 CodeTable BallModel::encode(const ShapeSet& shapes, std::span<const int> which) {
     if (!codes_) codes_.emplace(components_);
     CodeTable table{components_.count(), {}};
-    std::vector<float> row(at(vertex_count()) * kFeatureDim);
     for (const int shape : which) {
-        std::ranges::copy(shapes.shape(shape), row.begin());
-        scale_.scale(row);
+        const std::vector<float> row = map_.mapped(shapes, shape);
         const Eigen::VectorXf codes = codes_->solve(products(components_, row)).cast<float>();
         table.values.insert(table.values.end(), codes.begin(), codes.end());
-        shapes.forget(shape);
     }
     return table;
 }
@@ -52,34 +48,37 @@ std::vector<float> BallModel::reference_codes() {
     return std::vector<float>(at(components_.count()), 0.0F);
 }
 
-/// Σ_k z_k C_k of the first `levels` levels, (V,9).
+/// Σ_k z_k C_k of the first `levels` levels, (V,width).
 std::vector<float> BallModel::sum(std::span<const float> codes, int levels) const {
     int count = 0;
     const std::vector<LevelSize> sizes = this->levels();
     for (std::size_t l = 0; l < sizes.size(); ++l) {
         if (levels == 0 || static_cast<int>(l) < levels) count += sizes[l].components;
     }
-    std::vector<float> row(at(vertex_count()) * kFeatureDim);
-    for_vertices(vertex_count(), [&](int v) {
+    std::vector<float> row(at(vertex_count()) * at(map_.width()));
+    const auto add = [&]<int Width>(int v) {
         const auto acting = components_.at_vertex(v);
         const auto values = components_.values(v);
-        std::array<double, kFeatureDim> total{};
+        std::array<double, Width> total{};
         for (std::size_t a = 0; a < acting.size() && acting[a] < count; ++a) {
             const auto code = static_cast<double>(codes[at(acting[a])]);
-            for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                total[c] += code * static_cast<double>(values[kFeatureDim * a + c]);
+            for (std::size_t c = 0; c < total.size(); ++c) {
+                total[c] += code * static_cast<double>(values[total.size() * a + c]);
             }
         }
-        for (std::size_t c = 0; c < kFeatureDim; ++c) {
-            row[at(v) * kFeatureDim + c] = static_cast<float>(total[c]);
+        for (std::size_t c = 0; c < total.size(); ++c) {
+            row[at(v) * total.size() + c] = static_cast<float>(total[c]);
         }
+    };
+    with_width(map_.width(), [&]<int Width>() {
+        for_vertices(vertex_count(), [&](int v) { add.template operator()<Width>(v); });
     });
     return row;
 }
 
 std::vector<float> BallModel::decode(std::span<const float> codes, int levels) const {
     std::vector<float> row = sum(codes, levels);
-    scale_.unscale(row);
+    map_.unmap(row);
     return row;
 }
 
@@ -88,17 +87,19 @@ std::vector<float> BallModel::change(std::span<const float> codes,
     std::vector<float> difference(codes.begin(), codes.end());
     for (std::size_t k = 0; k < difference.size(); ++k) difference[k] -= from[k];
     std::vector<float> row = sum(difference, 0);
+    const auto width = at(map_.width());
     for (int v = 0; v < vertex_count(); ++v) {
-        scale_.unscale_change(v, std::span(row).subspan(at(v) * kFeatureDim, kFeatureDim));
+        map_.unmap_change(v, std::span(row).subspan(at(v) * width, width));
     }
     return row;
 }
 
 std::vector<CodeColumn> BallModel::derivatives(std::span<const float> /*codes*/) const {
-    return feature_columns(components_, scale_);
+    return code_columns(components_, map_);
 }
 
 std::vector<ComponentPlace> BallModel::places() const {
+    const auto width = at(map_.width());
     std::vector<ComponentPlace> places;
     for (int k = 0; k < components_.count(); ++k) {
         const Ball& ball = components_.balls()[at(k)];
@@ -107,8 +108,8 @@ std::vector<ComponentPlace> BallModel::places() const {
         float longest = 0;
         for (std::size_t n = 0; n < ball.vertices.size(); ++n) {
             float square = 0;
-            for (std::size_t c = 0; c < kFeatureDim; ++c) {
-                square += values[n * kFeatureDim + c] * values[n * kFeatureDim + c];
+            for (std::size_t c = 0; c < width; ++c) {
+                square += values[n * width + c] * values[n * width + c];
             }
             if (square > 0) ++place.support;
             if (square > longest) {

@@ -6,19 +6,19 @@
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
-#include "mscomp/base/metric_scale.h"
 #include "mscomp/model/learned_model.h"
 #include "multiscale/ball_components.h"
 #include "multiscale/joint_codes.h"
+#include "multiscale/row_map.h"
 
 namespace mscomp {
 
-/// x = x_ref + Σ_k z_k C_k over the components of all levels, in scaled and weighted features
-/// (method §9), with joint codes: exactly the reference where all codes are 0. How components are
-/// found, and which levels they are on, is for others to say.
+/// x = x_ref + Σ_k z_k C_k over the components of all levels, in mapped rows (row_map.h; method
+/// §9), with joint codes: exactly the reference where all codes are 0. How components are found,
+/// and which levels they are on, is for others to say.
 class BallModel : public LearnedModel {
   public:
-    ShapeRows rows() const override { return ShapeRows::features; }
+    ShapeRows rows() const override { return map_.rows(); }
     int vertex_count() const override { return reference_.vertex_count(); }
     /// Those set, or the one of the level above that a component overlaps most.
     std::vector<int> parents() const override;
@@ -31,15 +31,18 @@ class BallModel : public LearnedModel {
     std::vector<CodeColumn> derivatives(std::span<const float> codes) const override;
     std::vector<ComponentPlace> places() const override;
 
-    const MetricScale& scale() const { return scale_; }
+    double unit() const override { return map_.unit(); }
+
+    const RowMap& map() const { return map_; }
+    const MetricScale& scale() const { return map_.scale(); }
     const BallComponents& components() const { return components_; }
     /// Parents (K) that stay; empty: as overlaps say.
     void set_parents(std::vector<int> parents) { parents_ = std::move(parents); }
 
   protected:
     /// Borrows the reference; without components yet.
-    BallModel(const TriangleMesh& reference, MetricScale scale)
-        : reference_(reference), scale_(std::move(scale)) {}
+    BallModel(const TriangleMesh& reference, RowMap map)
+        : reference_(reference), map_(std::move(map)) {}
 
     /// Whether the first level is of components without a limit, which are no parents.
     virtual bool has_global_level() const = 0;
@@ -48,14 +51,14 @@ class BallModel : public LearnedModel {
     /// Components and parents as arrays of a model file, and back.
     void save_balls(StoredArrays& arrays) const;
     /// Throws CheckpointError; parents are checked against the levels by load_parents().
-    static BallComponents load_balls(const SafetensorsFile& file, int vertex_count);
+    BallComponents load_balls(const SafetensorsFile& file) const;
     std::vector<int> load_parents(const SafetensorsFile& file) const;
 
   private:
     std::vector<float> sum(std::span<const float> codes, int levels) const;
 
     const TriangleMesh& reference_;
-    MetricScale scale_;
+    RowMap map_;
     BallComponents components_;
     std::vector<int> parents_;         // of components that were begun with
     std::optional<JointCodes> codes_;  // made when first needed

@@ -39,18 +39,18 @@ void require_levels(const GivenComponents& given, const MultiscaleSettings& sett
     }
 }
 
-BallComponents given_balls(const GivenComponents& given, const MetricScale& scale) {
+BallComponents given_balls(const GivenComponents& given, const RowMap& map) {
     std::vector<Ball> balls;
     for (std::size_t k = 0; k < given.changes.size(); ++k) {
         balls.push_back({given.centers[k], given.changes[k].vertices});
     }
-    BallComponents components(given.vertex_count, std::move(balls));
+    const auto width = at(map.width());
+    BallComponents components(given.vertex_count, std::move(balls), map.width());
     for (int k = 0; k < components.count(); ++k) {
         const CodeColumn& change = given.changes[at(k)];
         std::vector<float> scaled(change.values);
         for (std::size_t i = 0; i < scaled.size(); ++i) {
-            const double factor =
-                scale.scale_factor(at(change.vertices[i / kFeatureDim]), i % kFeatureDim);
+            const double factor = map.factor(change.vertices[i / width], i % width);
             scaled[i] = static_cast<float>(static_cast<double>(scaled[i]) * factor);
         }
         components.set_component(k, scaled);

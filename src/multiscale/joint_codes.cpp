@@ -46,47 +46,59 @@ void add_pairs(std::span<const int> acting, const MatrixXd& pairs, MatrixXd& sum
 
 MatrixXd gram_matrix(const BallComponents& components) {
     const int count = components.count();
-    return sum_of_matrices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
-        const auto values = values_at(components, v);
-        add_pairs(components.at_vertex(v), values * values.transpose(), sum);
+    return with_width(components.width(), [&]<int Width>() {
+        return sum_of_matrices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
+            const auto values = values_at<Width>(components, v);
+            add_pairs(components.at_vertex(v), values * values.transpose(), sum);
+        });
     });
 }
 
 MatrixXd overlaps(const BallComponents& components) {
     const int count = components.count();
-    return sum_of_matrices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
-        const Eigen::VectorXd squares = values_at(components, v).rowwise().squaredNorm();
-        add_pairs(components.at_vertex(v), squares * squares.transpose(), sum);
+    return with_width(components.width(), [&]<int Width>() {
+        return sum_of_matrices(components.vertex_count(), count, count, [&](int v, MatrixXd& sum) {
+            const Eigen::VectorXd squares = values_at<Width>(components, v).rowwise().squaredNorm();
+            add_pairs(components.at_vertex(v), squares * squares.transpose(), sum);
+        });
     });
 }
 
 MatrixXd products(const BallComponents& components, const MetricRows& rows) {
     const int shapes = rows.shape_count();
     // Shapes are columns, contiguous for each component.
-    return sum_of_matrices(rows.vertex_count(), shapes, components.count(),
-                           [&](int v, MatrixXd& sum) {
-                               const ShapesOfVertex x = shapes_at(rows, v);
-                               const auto values = values_at(components, v);
-                               const auto acting = components.at_vertex(v);
-                               for (std::size_t a = 0; a < acting.size(); ++a) {
-                                   sum.col(acting[a]).noalias() +=
-                                       x.transpose() *
-                                       values.row(static_cast<Eigen::Index>(a)).transpose();
-                               }
-                           })
-        .transpose();
+    const auto add = [&]<int Width>(int v, MatrixXd& sum) {
+        const auto x = shapes_at<Width>(rows, v);
+        const auto values = values_at<Width>(components, v);
+        const auto acting = components.at_vertex(v);
+        for (std::size_t a = 0; a < acting.size(); ++a) {
+            sum.col(acting[a]).noalias() +=
+                x.transpose() * values.row(static_cast<Eigen::Index>(a)).transpose();
+        }
+    };
+    return with_width(components.width(), [&]<int Width>() {
+        return MatrixXd(
+            sum_of_matrices(rows.vertex_count(), shapes, components.count(),
+                            [&](int v, MatrixXd& sum) { add.template operator()<Width>(v, sum); })
+                .transpose());
+    });
 }
 
 Eigen::VectorXd products(const BallComponents& components, std::span<const float> row) {
-    return sum_of_matrices(
-        components.vertex_count(), components.count(), 1, [&](int v, MatrixXd& sum) {
-            const auto x = Eigen::Map<const Eigen::Matrix<float, 9, 1>>(row.data() + 9 * at(v));
-            const Eigen::VectorXd all = values_at(components, v) * x.cast<double>();
-            const auto acting = components.at_vertex(v);
-            for (std::size_t a = 0; a < acting.size(); ++a) {
-                sum(acting[a], 0) += all[static_cast<Eigen::Index>(a)];
-            }
-        });
+    const auto add = [&]<int Width>(int v, MatrixXd& sum) {
+        using Row = Eigen::Matrix<float, Width, 1>;
+        const auto x = Eigen::Map<const Row>(row.data() + at(Width) * at(v));
+        const Eigen::VectorXd all = values_at<Width>(components, v) * x.template cast<double>();
+        const auto acting = components.at_vertex(v);
+        for (std::size_t a = 0; a < acting.size(); ++a) {
+            sum(acting[a], 0) += all[static_cast<Eigen::Index>(a)];
+        }
+    };
+    return with_width(components.width(), [&]<int Width>() {
+        return sum_of_matrices(
+            components.vertex_count(), components.count(), 1,
+            [&](int v, MatrixXd& sum) { add.template operator()<Width>(v, sum); });
+    });
 }
 
 JointCodes::JointCodes(const BallComponents& components) {

@@ -17,7 +17,7 @@ Eigen::MatrixXd gram_matrix(const BallComponents& components);
 Eigen::MatrixXd overlaps(const BallComponents& components);
 /// Inner products (K,shapes) of components and shapes.
 Eigen::MatrixXd products(const BallComponents& components, const MetricRows& rows);
-/// The same for one shape, a row (V,9).
+/// The same for one shape, a mapped row (V,width).
 Eigen::VectorXd products(const BallComponents& components, std::span<const float> row);
 
 /// Codes by least squares over all components at once: z = (CᵀC + 1e-7 (tr / K) I)⁻¹ Cᵀ x, method

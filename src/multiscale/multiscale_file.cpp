@@ -55,7 +55,7 @@ void MultiscaleModel::save(StoredArrays& arrays) const {
 }
 
 void MultiscaleModel::load(const SafetensorsFile& file) {
-    BallComponents components = load_balls(file, vertex_count());
+    BallComponents components = load_balls(file);
     const int count = components.count();
     if (count < local_count() || count > local_count() + settings_.global_components) {
         throw CheckpointError(

@@ -87,6 +87,6 @@ std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place
 
 }  // namespace
 
-Kind multiscale() { return {"multiscale", ShapeRows::features, set_defaults, keys, make, false}; }
+Kind multiscale() { return {"multiscale", always_features, set_defaults, keys, make, false}; }
 
 }  // namespace mscomp

@@ -78,7 +78,7 @@ void MultiscaleLearner::start() {
 void MultiscaleLearner::start_from(const GivenComponents& given) {
     require_levels(given, settings_);
     notes_.clear();
-    BallComponents components = given_balls(given, model_.scale());
+    BallComponents components = given_balls(given, model_.map());
     model_.fill_up_to = config_.fill_up_to;
     pool_.reset();
     begin(std::move(components), given.parents);

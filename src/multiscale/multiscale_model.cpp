@@ -7,7 +7,7 @@
 
 namespace mscomp {
 MultiscaleModel::MultiscaleModel(const Config& config, const ModelPlace& place)
-    : BallModel(place.reference, place.scale),
+    : BallModel(place.reference, RowMap(place.scale)),
       weights_(place.weights),
       train_(config.train),
       settings_(config.own<MultiscaleSettings>()),

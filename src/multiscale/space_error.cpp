@@ -7,7 +7,7 @@
 #include "mscomp/acap/alignment.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/points.h"
-#include "multiscale/feature_columns.h"
+#include "multiscale/code_columns.h"
 #include "multiscale/vertex_loops.h"
 
 namespace mscomp {
@@ -145,7 +145,7 @@ std::vector<Eigen::MatrixXd> SpaceError::normal_matrices(
     const BallComponents& components, const Eigen::MatrixXd& codes,
     const LosslessReconstruction& lossless) const {
     const std::size_t size = 3 * at(vertices_);
-    const std::vector<CodeColumn> columns = feature_columns(components, scale_);
+    const std::vector<CodeColumn> columns = code_columns(components, RowMap(scale_));
     std::vector<FeatureDirection> directions;
     for (const CodeColumn& column : columns) directions.push_back({column.vertices, column.values});
     std::vector<Eigen::MatrixXd> matrices(at(shape_count_));

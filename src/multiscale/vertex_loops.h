@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cassert>
 #include <numeric>
 #include <vector>
 
@@ -34,21 +35,38 @@ double sum_over_vertices(int vertices, const Body& body) {
     return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-using ShapesOfVertex = Eigen::Matrix<double, 9, Eigen::Dynamic, Eigen::RowMajor>;
-using ValuesAtVertex = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
+template <int Width>
+using ShapesAt = Eigen::Matrix<double, Width, Eigen::Dynamic, Eigen::RowMajor>;
+template <int Width>
+using ValuesAt = Eigen::Matrix<double, Eigen::Dynamic, Width, Eigen::RowMajor>;
+using ShapesOfVertex = ShapesAt<kFeatureDim>;
+using ValuesAtVertex = ValuesAt<kFeatureDim>;
 
-/// What the shapes have at a vertex, (9,shapes).
-inline ShapesOfVertex shapes_at(const MetricRows& rows, int v) {
-    using Floats = Eigen::Matrix<float, 9, Eigen::Dynamic, Eigen::RowMajor>;
-    return Eigen::Map<const Floats>(rows.vertex(v).data(), 9, rows.shape_count()).cast<double>();
+/// What the shapes have at a vertex, (Width,shapes). Rows are of that width, as all below.
+template <int Width = kFeatureDim>
+ShapesAt<Width> shapes_at(const MetricRows& rows, int v) {
+    assert(rows.width() == Width);
+    using Floats = Eigen::Matrix<float, Width, Eigen::Dynamic, Eigen::RowMajor>;
+    return Eigen::Map<const Floats>(rows.vertex(v).data(), Width, rows.shape_count())
+        .template cast<double>();
 }
 
-/// Values of the components that act at a vertex, (n,9).
-inline ValuesAtVertex values_at(const BallComponents& components, int v) {
-    using Floats = Eigen::Matrix<float, Eigen::Dynamic, 9, Eigen::RowMajor>;
+/// Values of the components that act at a vertex, (n,Width).
+template <int Width = kFeatureDim>
+ValuesAt<Width> values_at(const BallComponents& components, int v) {
+    assert(components.width() == Width);
+    using Floats = Eigen::Matrix<float, Eigen::Dynamic, Width, Eigen::RowMajor>;
     const std::span<const float> values = components.values(v);
-    return Eigen::Map<const Floats>(values.data(), static_cast<Eigen::Index>(values.size() / 9), 9)
-        .cast<double>();
+    const auto count = static_cast<Eigen::Index>(values.size()) / Width;
+    return Eigen::Map<const Floats>(values.data(), count, Width).template cast<double>();
+}
+
+/// body<width>(): so that loops over the numbers of a vertex know how many there are.
+template <class Body>
+auto with_width(int width, const Body& body) {
+    if (width == kFeatureDim) return body.template operator()<kFeatureDim>();
+    assert(width == 3);
+    return body.template operator()<3>();
 }
 
 }  // namespace mscomp

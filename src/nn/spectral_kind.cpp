@@ -89,6 +89,6 @@ void set_defaults(Config& config) {
 
 }  // namespace
 
-Kind spectral_vae() { return {"spectral-vae", ShapeRows::features, set_defaults, keys, make}; }
+Kind spectral_vae() { return {"spectral-vae", always_features, set_defaults, keys, make}; }
 
 }  // namespace mscomp::nn

@@ -170,12 +170,12 @@ void autoencoder_defaults(Config& config) {
 }  // namespace
 
 Kind stacked_attention() {
-    return {"stacked-attention", ShapeRows::features, stacked_defaults, stacked_attention_keys,
+    return {"stacked-attention", always_features, stacked_defaults, stacked_attention_keys,
             make_stacked};
 }
 
 Kind autoencoder() {
-    return {"autoencoder", ShapeRows::features, autoencoder_defaults, autoencoder_kind_keys,
+    return {"autoencoder", always_features, autoencoder_defaults, autoencoder_kind_keys,
             make_stacked};
 }
 

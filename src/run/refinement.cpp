@@ -33,7 +33,7 @@ MultiscaleSettings settings_for(TrainedRun& run) {
 Config refined_config(const std::string& path) {
     constexpr int kEpochs = 4;
     TrainedRun run = open_run(path);
-    require_features(run);
+    require_rows(run, ShapeRows::features);
     MultiscaleSettings settings = settings_for(run);
     settings.rounds = 0;
     settings.select = false;

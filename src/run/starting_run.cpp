@@ -36,17 +36,20 @@ void require_same_features(const TrainedRun& run, const ModelContext& context) {
 
 }  // namespace
 
-void require_features(const TrainedRun& run) {
-    if (run.model->rows() == ShapeRows::features) return;
+void require_rows(const TrainedRun& run, ShapeRows rows) {
+    if (run.model->rows() == rows) return;
+    const auto name = [](ShapeRows of) {
+        return of == ShapeRows::features ? "features" : "positions";
+    };
     throw UsageError(
-        fmt::format("{} is of kind {}, whose components are changes of positions; wanted changes "
-                    "of features",
-                    run.file.path(), run.config.kind));
+        fmt::format("{} is of kind {}, whose components are changes of {}; wanted "
+                    "changes of {}",
+                    run.file.path(), run.config.kind, name(run.model->rows()), name(rows)));
 }
 
-StartingRun starting_run(const std::string& path, const ModelContext& context) {
+StartingRun starting_run(const std::string& path, ShapeRows rows, const ModelContext& context) {
     const TrainedRun run = open_run(path);
-    require_features(run);
+    require_rows(run, rows);
     require_same_features(run, context);
     StartingRun start{given_components(*run.model, run.file.codes()), run.file.data_hash(), {}};
     start.note = fmt::format(

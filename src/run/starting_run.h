@@ -15,15 +15,16 @@ struct StartingRun {
     std::string note;  // a sentence about it, for the log
 };
 
-/// The run `path` as the beginning of a training in `context`. Throws UsageError for components
-/// that are no features, another reference, other features or edge weights, or a run that has
-/// learnt from shapes that do not train here: they would be unseen no more. Else as open_run.
-StartingRun starting_run(const std::string& path, const ModelContext& context);
+/// The run `path` as the beginning of a training of components of `rows` in `context`. Throws
+/// UsageError for components of other rows, another reference, other features or edge weights, or a
+/// run that has learnt from shapes that do not train here: they would be unseen no more. Else as
+/// open_run.
+StartingRun starting_run(const std::string& path, ShapeRows rows, const ModelContext& context);
 
 /// Whether the run `path` is, as far as it still is there, what a training began with.
 bool is_start(const std::string& path, const std::string& hash);
 
-/// Throws UsageError for a run whose components are no features.
-void require_features(const TrainedRun& run);
+/// Throws UsageError for a run whose components change other rows.
+void require_rows(const TrainedRun& run, ShapeRows rows);
 
 }  // namespace mscomp

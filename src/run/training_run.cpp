@@ -205,7 +205,8 @@ void write_beginning(const std::string& run, const TrainingSetup& setup, Learner
 /// Begins with the run that the configuration names; nothing is written yet. Returns what the log
 /// is to say of it.
 std::string begin_with_run(TrainingSetup& setup, Learner& learner) {
-    const StartingRun start = starting_run(setup.config.train.start_run, setup.context);
+    const StartingRun start =
+        starting_run(setup.config.train.start_run, setup.model->rows(), setup.context);
     learner.start_from(start.components);
     setup.context.start_hash = start.hash;
     return start.note;

@@ -6,7 +6,6 @@
 #include "mscomp/kinds/kinds.h"
 #include "mscomp/run/trained_run.h"
 #include "mscomp/units/units.h"
-#include "starting_run.h"
 
 namespace mscomp {
 
@@ -17,7 +16,7 @@ Config unit_config(const std::string& input) {
         return config;
     }
     const TrainedRun run = open_run(input);
-    require_features(run);
+    config.own<UnitSettings>().rows = run.model->rows();
     config.data.features = run.config.data.features;
     config.data.split = run.config.data.split;
     config.filter = run.config.filter;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <numeric>
 
+#include "multiscale/joint_codes.h"
 #include "multiscale/vertex_loops.h"
 
 namespace mscomp {
@@ -26,11 +27,19 @@ Eigen::LLT<MatrixXd> normal_equations(const MatrixXd& codes, const std::vector<i
     return Eigen::LLT<MatrixXd>(normal);
 }
 
-/// Least squares (n,9) of the components `which` at a vertex.
+using Rows =
+    Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+
+/// What the shapes have at a vertex, (shapes,width).
+MatrixXd shapes_of(const MetricRows& rows, int v) {
+    return Rows(rows.vertex(v).data(), rows.width(), rows.shape_count()).transpose().cast<double>();
+}
+
+/// Least squares (n,width) of the components `which` at a vertex.
 MatrixXd fitted(const MetricRows& rows, int v, const MatrixXd& codes,
                 const std::vector<int>& which) {
-    const MatrixXd products = codes.transpose() * shapes_at(rows, v).transpose();
-    MatrixXd here(static_cast<Index>(which.size()), 9);
+    const MatrixXd products = codes.transpose() * shapes_of(rows, v);
+    MatrixXd here(static_cast<Index>(which.size()), rows.width());
     for (std::size_t a = 0; a < which.size(); ++a) {
         here.row(static_cast<Index>(a)) = products.row(which[a]);
     }
@@ -44,7 +53,7 @@ MatrixXd lengths_of_all(const MetricRows& rows, const MatrixXd& codes) {
     const auto factor = normal_equations(codes, all);
     MatrixXd lengths(rows.vertex_count(), codes.cols());
     for_vertices(rows.vertex_count(), [&](int v) {
-        const MatrixXd products = codes.transpose() * shapes_at(rows, v).transpose();
+        const MatrixXd products = codes.transpose() * shapes_of(rows, v);
         lengths.row(v) = factor.solve(products).rowwise().norm().transpose();
     });
     return lengths;
@@ -77,8 +86,7 @@ MatrixXd gram_of_shapes(const MetricRows& rows) {
         MatrixXd& part = parts[at(i)];
         part.setZero(rows.shape_count(), rows.shape_count());
         for (std::int64_t v = chunks.begin(i); v < chunks.end(i); ++v) {
-            part.selfadjointView<Eigen::Lower>().rankUpdate(
-                MatrixXd(shapes_at(rows, static_cast<int>(v)).transpose()));
+            part.selfadjointView<Eigen::Lower>().rankUpdate(shapes_of(rows, static_cast<int>(v)));
         }
     });
     MatrixXd sum = MatrixXd::Zero(rows.shape_count(), rows.shape_count());
@@ -98,18 +106,31 @@ BallComponents unit_components(const MetricRows& rows, const MatrixXd& codes) {
             if (lengths(v, k) > kLeast * most) balls[at(k)].vertices.push_back(v);
         }
     }
-    BallComponents components(rows.vertex_count(), std::move(balls));
+    BallComponents components(rows.vertex_count(), std::move(balls), rows.width());
     for_vertices(rows.vertex_count(), [&](int v) {
         const auto acting = components.at_vertex(v);
         if (acting.empty()) return;
         const MatrixXd values = fitted(rows, v, codes, {acting.begin(), acting.end()});
         const std::span<float> to = components.values(v);
-        for (std::size_t i = 0; i < to.size(); ++i) {
-            to[i] =
-                static_cast<float>(values(static_cast<Index>(i / 9), static_cast<Index>(i % 9)));
-        }
+        Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+            to.data(), values.rows(), values.cols()) = values.cast<float>();
     });
     return components;
+}
+
+double squares_left(const MetricRows& rows, const BallComponents& components) {
+    const MatrixXd codes = JointCodes(components).solve(products(components, rows)).transpose();
+    const double sum = sum_over_vertices(rows.vertex_count(), [&](int v) {
+        MatrixXd left = shapes_of(rows, v);
+        const auto acting = components.at_vertex(v);
+        const Rows values(components.values(v).data(), std::ssize(acting), rows.width());
+        for (std::size_t a = 0; a < acting.size(); ++a) {
+            left.noalias() -=
+                codes.col(acting[a]) * values.row(static_cast<Index>(a)).cast<double>();
+        }
+        return left.squaredNorm();
+    });
+    return sum / rows.shape_count();
 }
 
 std::vector<int> by_movement(const BallComponents& components, const MatrixXd& codes) {

@@ -18,6 +18,9 @@ Eigen::MatrixXd gram_of_shapes(const MetricRows& rows);
 /// come.
 BallComponents unit_components(const MetricRows& rows, const Eigen::MatrixXd& codes);
 
+/// What joint codes leave of the squares of a shape, mean over the shapes.
+double squares_left(const MetricRows& rows, const BallComponents& components);
+
 /// All units, those that move the shapes most first.
 std::vector<int> by_movement(const BallComponents& components, const Eigen::MatrixXd& codes);
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
-#include "multiscale/component_gradient.h"
 #include "multiscale/given_balls.h"
 #include "units/unit_components.h"
 
@@ -36,13 +35,10 @@ UnitLearner::UnitLearner(UnitModel& model, const UnitSettings& settings, const S
     : model_(model), settings_(settings), shapes_(shapes), train_(train.begin(), train.end()) {}
 
 MetricRows UnitLearner::rows() const {
-    MetricRows rows(shapes_.vertex_count(), static_cast<int>(train_.size()));
-    std::vector<float> row(at(shapes_.vertex_count()) * kFeatureDim);
+    const RowMap& map = model_.map();
+    MetricRows rows(shapes_.vertex_count(), static_cast<int>(train_.size()), map.width());
     for (std::size_t m = 0; m < train_.size(); ++m) {
-        std::ranges::copy(shapes_.shape(train_[m]), row.begin());
-        shapes_.forget(train_[m]);
-        model_.scale().scale(row);
-        rows.set(static_cast<int>(m), row);
+        rows.set(static_cast<int>(m), map.mapped(shapes_, train_[m]));
     }
     return rows;
 }
@@ -55,7 +51,7 @@ void UnitLearner::start() {
 /// Shapes as the components of another model say them; units are fitted to the shapes themselves.
 void UnitLearner::start_from(const GivenComponents& given) {
     const MetricRows rows = this->rows();
-    const BallComponents others = given_balls(given, model_.scale());
+    const BallComponents others = given_balls(given, model_.map());
     const MatrixXd codes = JointCodes(others).solve(products(others, rows));
     begin(rows, codes.transpose() * gram_matrix(others) * codes);
 }
@@ -118,8 +114,7 @@ void UnitLearner::take(const MetricRows& rows, const FoundUnits& found) {
 
 EpochReport UnitLearner::run_epoch() {
     const auto begin = std::chrono::steady_clock::now();
-    std::vector<float> unused(model_.components().all_values().size());
-    const double error = feature_error(rows(), model_.components(), unused);
+    const double error = squares_left(rows(), model_.components());
     ++state_.epoch;
     ++state_.step;
     state_.total = error;

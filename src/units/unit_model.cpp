@@ -20,11 +20,16 @@ constexpr const char* kLevels = "units/levels";      // how many units on each
 constexpr const char* kVotes = "units/votes";        // (K)
 constexpr const char* kAgain = "units/found_again";  // (K) part of the subsets
 
+RowMap row_map(const UnitSettings& settings, const ModelPlace& place) {
+    return settings.rows == ShapeRows::features ? RowMap(place.scale) : RowMap(place.reference);
+}
+
 }  // namespace
 
 UnitModel::UnitModel(const Config& config, const ModelPlace& place)
-    : BallModel(place.reference, place.scale), settings_(config.own<UnitSettings>()) {
-    set_units(BallComponents(vertex_count(), {}), {0}, {});
+    : BallModel(place.reference, row_map(config.own<UnitSettings>(), place)),
+      settings_(config.own<UnitSettings>()) {
+    set_units(BallComponents(vertex_count(), {}, map().width()), {0}, {});
 }
 
 std::vector<LevelSize> UnitModel::levels() const {
@@ -58,7 +63,7 @@ void UnitModel::save(StoredArrays& arrays) const {
 }
 
 void UnitModel::load(const SafetensorsFile& file) {
-    BallComponents components = load_balls(file, vertex_count());
+    BallComponents components = load_balls(file);
     const int most = settings_.components > 0 ? settings_.components : kMostUnits;
     if (components.count() > most) {
         throw CheckpointError(file.path(),

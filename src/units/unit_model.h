@@ -10,7 +10,7 @@
 
 namespace mscomp {
 
-/// Units as components of features, on one level or two.
+/// Units as components of features or of positions, on one level or two.
 class UnitModel final : public BallModel {
   public:
     UnitModel(const Config& config, const ModelPlace& place);

@@ -12,7 +12,12 @@ KindKeys keys(Config& config) {
     auto& own = config.own<UnitSettings>();
     return {"Components that are one thing each.",
             {{"components", &own.components, Bounds{0, kMostUnits},
-              "at most so many, those that move most; 0: as many as are found"}},
+              "at most so many, those that move most; 0: as many as are found"},
+             {"rows",
+              choice(own.rows,
+                     {{ShapeRows::features, "features"}, {ShapeRows::positions, "positions"}}),
+              {},
+              "what they change; positions: plain, whatever data.scale and data.metric"}},
             "",
             {},
             {{"start",
@@ -33,8 +38,10 @@ std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place
     return std::make_unique<UnitModel>(config, place);
 }
 
+ShapeRows rows(const Config& config) { return config.own<UnitSettings>().rows; }
+
 }  // namespace
 
-Kind units() { return {"units", ShapeRows::features, set_defaults, keys, make, false}; }
+Kind units() { return {"units", rows, set_defaults, keys, make, false}; }
 
 }  // namespace mscomp

@@ -6,7 +6,7 @@
 
 #include "ball_cases.h"
 #include "mscomp/base/error.h"
-#include "multiscale/feature_columns.h"
+#include "multiscale/code_columns.h"
 
 namespace mscomp {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 GivenComponents given_of(const BallComponents& components, const MetricScale& scale) {
     GivenComponents given{
         components.vertex_count(), {{1, 2}, {2, 3}}, std::vector<int>(8, -1), {}, {}};
-    given.changes = feature_columns(components, scale);
+    given.changes = code_columns(components, RowMap(scale));
     for (const Ball& ball : components.balls()) given.centers.push_back(ball.center);
     return given;
 }
@@ -34,7 +34,7 @@ TEST(GivenBalls, AreTheComponentsAtUnitLength) {
     const BallComponents components = sphere.components(8, 0.3);
     GivenComponents given = given_of(components, sphere.scale);
     for (float& x : given.changes[3].values) x *= 7;
-    const BallComponents again = given_balls(given, sphere.scale);
+    const BallComponents again = given_balls(given, RowMap(sphere.scale));
     EXPECT_LT((cases::dense(again) - cases::dense(components)).norm(), 1e-5);
     for (int k = 0; k < 8; ++k) {
         EXPECT_EQ(again.balls()[at(k)].vertices, components.balls()[at(k)].vertices);
@@ -76,7 +76,7 @@ TEST(GivenBalls, ComponentsOfNothingHaveALevelToo) {
     GivenComponents given{sphere.vertices(), {{1, 1}}, {-1}, {5}, {{}}};
     const std::vector<BallLevel> levels = levels_around(given, sphere.distances);
     EXPECT_EQ(levels.front().max_support, 0.001);
-    EXPECT_EQ(given_balls(given, sphere.scale).component(0).size(), 0U);
+    EXPECT_EQ(given_balls(given, RowMap(sphere.scale)).component(0).size(), 0U);
 }
 
 }  // namespace

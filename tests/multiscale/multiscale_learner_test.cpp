@@ -6,7 +6,7 @@
 #include "ball_cases.h"
 #include "mscomp/model/divergence.h"
 #include "mscomp/model/given_components.h"
-#include "multiscale/feature_columns.h"
+#include "multiscale/code_columns.h"
 
 namespace mscomp {
 namespace {
@@ -123,7 +123,7 @@ TEST(MultiscaleLearner, BeginsWithWhatItIsGiven) {
     MultiscaleModel model(config, {sphere.mesh, sphere.distances, sphere.scale});
     const BallComponents components = sphere.components(5, 0.2);
     GivenComponents given{components.vertex_count(), {{1, 2}, {1, 3}}, {-1, -1, 1, -1, 0}, {}, {}};
-    given.changes = feature_columns(components, model.scale());
+    given.changes = code_columns(components, model.map());
     for (const Ball& ball : components.balls()) given.centers.push_back(ball.center);
     const std::vector<int> train{0, 1, 2, 3, 4};
     const auto learner = model.learner(shapes, train);

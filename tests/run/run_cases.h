@@ -32,7 +32,7 @@ inline Config small_config(const std::string& kind, const std::string& features)
     if (auto* spectral = std::any_cast<nn::SpectralSettings>(&config.settings)) {
         spectral->model.components = 3;
     }
-    if (kind_named(kind).rows == ShapeRows::features) config.train.epochs = 3;
+    if (kind_named(kind).rows(config) == ShapeRows::features) config.train.epochs = 3;
     config.train.fill_up_to = 0;
     return config;
 }

@@ -43,11 +43,15 @@ struct KindKeys {
     Table train;  // likewise
 };
 
+inline ShapeRows always_features(const Config& /*config*/) { return ShapeRows::features; }
+inline ShapeRows always_positions(const Config& /*config*/) { return ShapeRows::positions; }
+
 /// A method that finds components: everything that the configuration, training and all commands
 /// need to know of it.
 struct Kind {
     std::string name;  // model.kind
-    ShapeRows rows = ShapeRows::features;
+    /// What codes decode to, where a kind leaves that to its settings.
+    ShapeRows (*rows)(const Config& config) = always_features;
     /// What differs from Config{}, its own settings first of all.
     void (*set_defaults)(Config& config) = nullptr;
     /// `config` has settings of this kind and outlives the keys.

@@ -8,9 +8,9 @@
 namespace mscomp {
 
 /// The configuration of a training that finds units (kind units) in `input`: a feature file, all of
-/// whose shapes it learns from, or a run of any kind on features (folder or model file), whose
-/// components then say what its training shapes are. File names are absolute. Throws UsageError for
-/// a run of positions, and as open_run and the readers do.
+/// whose shapes it learns from, or a run of any kind (folder or model file), whose components then
+/// say what its training shapes are, and whether units change features or positions. File names are
+/// absolute. Throws as open_run and the readers do.
 Config unit_config(const std::string& input);
 
 }  // namespace mscomp

@@ -10,11 +10,12 @@ inline constexpr int kMostUnits = 10'000;
 /// What the configuration of the kind holds for itself (method §10).
 struct UnitSettings {
     int components = 0;  // at most so many, those that move most; 0: as many as there are
+    ShapeRows rows = ShapeRows::features;  // what they change
 };
 
 /// The kind `units`: few components, each one thing, found by linear read-outs of the shapes that
-/// are quiet at nearly all of them (method §10, code route). Codes are joint least squares over
-/// all components.
+/// are quiet at nearly all of them (method §10, code route), in features or in aligned positions.
+/// Codes are joint least squares over all components.
 Kind units();
 
 }  // namespace mscomp

@@ -40,9 +40,10 @@ void setup_refine(CLI::App& app);
 void run_refine(const RefineOptions& options);
 
 struct UnitsOptions {
-    std::string input;   // feature file, run folder or model file
-    std::string output;  // run folder
-    int components = 0;  // 0: as many as are found
+    std::string input;       // feature file, run folder or model file
+    std::string output;      // run folder
+    int components = 0;      // 0: as many as are found
+    bool positions = false;  // instead of features
     std::vector<std::string> overrides;
     CommonOptions common;
 };

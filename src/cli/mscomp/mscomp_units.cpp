@@ -18,6 +18,7 @@ Config effective_config(const UnitsOptions& options) {
     if (options.components > 0) {
         overrides.push_back(fmt::format("model.components={}", options.components));
     }
+    if (options.positions) overrides.emplace_back("model.rows=positions");
     Config config =
         parse_config(write_config(unit_config(options.input), false), options.input, overrides);
     anchor_paths(config, "");
@@ -46,6 +47,9 @@ void setup_units(CLI::App& app) {
         ->add_option("--components", options->components,
                      "At most so many, those that move most; as many as are found unless given")
         ->check(CLI::Range(1, 10'000));
+    command->add_flag("--positions", options->positions,
+                      "Find them in the aligned positions instead of the features; of a run, its "
+                      "components decide");
     command
         ->add_option("--set", options->overrides,
                      "key=value of a configuration of the kind units, e.g. data.split.train=every; "
