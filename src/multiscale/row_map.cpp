@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "multiscale/row_map.h"
 
-#include <algorithm>
-
+#include "mscomp/acap/alignment.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/points.h"
 
@@ -14,17 +13,23 @@ RowMap::RowMap(const TriangleMesh& reference) : reference_(&reference) {
 }
 
 std::vector<float> RowMap::mapped(const ShapeSet& shapes, int index) const {
-    const bool is_features = rows() == ShapeRows::features;
-    const std::span<const float> row = is_features ? shapes.shape(index) : shapes.vertices(index);
-    std::vector<float> result(row.begin(), row.end());
-    shapes.forget(index);
-    if (is_features) {
+    if (rows() == ShapeRows::features) {
+        const std::span<const float> row = shapes.shape(index);
+        std::vector<float> result(row.begin(), row.end());
+        shapes.forget(index);
         scale_.scale(result);
         return result;
     }
-    for (std::size_t i = 0; i < result.size(); ++i) {
-        const double rest = reference_->vertices[i / 3][i % 3];
-        result[i] = static_cast<float>((static_cast<double>(result[i]) - rest) / unit_);
+    const std::vector<Point> points = points_of(shapes.vertices(index));
+    shapes.forget(index);
+    const std::vector<Point> placed = moved(points, resting_motion(points, reference_->vertices));
+    std::vector<float> result;
+    result.reserve(3 * placed.size());
+    for (std::size_t v = 0; v < placed.size(); ++v) {
+        for (std::size_t x = 0; x < 3; ++x) {
+            result.push_back(
+                static_cast<float>((placed[v][x] - reference_->vertices[v][x]) / unit_));
+        }
     }
     return result;
 }

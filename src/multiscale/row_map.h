@@ -15,7 +15,9 @@ namespace mscomp {
 
 /// The map of the rows of a shape to those that components are made of, (V,width): zero at the
 /// reference, a factor for each number. Features are mapped as their scale says; positions to their
-/// change from the reference, as a part of its radius, so that no unit of length matters.
+/// change from the reference, as a part of its radius, so that no unit of length matters, where
+/// what rests lies on it (resting_motion): the best rigid motion of a face whose jaw drops tilts
+/// all of it, and every vertex would seem to move.
 class RowMap {
   public:
     /// Of features.
@@ -32,7 +34,7 @@ class RowMap {
     /// Of features; that of a map of positions does nothing.
     const MetricScale& scale() const { return scale_; }
 
-    /// The rows of shape `index`, which is forgotten.
+    /// Those of shape `index`, which is forgotten.
     std::vector<float> mapped(const ShapeSet& shapes, int index) const;
     /// What a mapped number changes by where that of the row changes by 1.
     double factor(int v, std::size_t channel) const;

@@ -19,7 +19,8 @@ Config unit_config(const std::string& input) {
     config.own<UnitSettings>().rows = run.model->rows();
     config.data.features = run.config.data.features;
     config.data.split = run.config.data.split;
-    config.filter = run.config.filter;
+    config.filter.relative_threshold = run.config.filter.relative_threshold;
+    config.filter.absolute_threshold = run.config.filter.absolute_threshold;
     config.train.start_run = absolute_path(input);
     return config;
 }

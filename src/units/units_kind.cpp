@@ -32,6 +32,9 @@ void set_defaults(Config& config) {
     config.train.epochs = 1;
     config.train.plateau_epochs = 0;
     config.train.fill_up_to = 0;
+    // Votes choose them: none is there that is worth nothing.
+    config.filter.minimum_strength = 0;
+    config.filter.minimum_share = 0;
 }
 
 std::unique_ptr<LearnedModel> make(const Config& config, const ModelPlace& place) {
