@@ -50,30 +50,16 @@ std::vector<float> BallModel::reference_codes() {
 
 /// Σ_k z_k C_k of the first `levels` levels, (V,width).
 std::vector<float> BallModel::sum(std::span<const float> codes, int levels) const {
-    int count = 0;
-    const std::vector<LevelSize> sizes = this->levels();
+    return weighted_sum(components_, codes.first(at(codes_of_levels(levels))));
+}
+
+int BallModel::codes_of_levels(int count) const {
+    const std::vector<LevelSize> sizes = levels();
+    int codes = 0;
     for (std::size_t l = 0; l < sizes.size(); ++l) {
-        if (levels == 0 || static_cast<int>(l) < levels) count += sizes[l].components;
+        if (count == 0 || static_cast<int>(l) < count) codes += sizes[l].components;
     }
-    std::vector<float> row(at(vertex_count()) * at(map_.width()));
-    const auto add = [&]<int Width>(int v) {
-        const auto acting = components_.at_vertex(v);
-        const auto values = components_.values(v);
-        std::array<double, Width> total{};
-        for (std::size_t a = 0; a < acting.size() && acting[a] < count; ++a) {
-            const auto code = static_cast<double>(codes[at(acting[a])]);
-            for (std::size_t c = 0; c < total.size(); ++c) {
-                total[c] += code * static_cast<double>(values[total.size() * a + c]);
-            }
-        }
-        for (std::size_t c = 0; c < total.size(); ++c) {
-            row[at(v) * total.size() + c] = static_cast<float>(total[c]);
-        }
-    };
-    with_width(map_.width(), [&]<int Width>() {
-        for_vertices(vertex_count(), [&](int v) { add.template operator()<Width>(v); });
-    });
-    return row;
+    return codes;
 }
 
 std::vector<float> BallModel::decode(std::span<const float> codes, int levels) const {

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mscomp/base/mesh_data.h"
@@ -12,6 +13,13 @@
 #include "multiscale/row_map.h"
 
 namespace mscomp {
+
+/// Components as arrays of a model file whose names begin with `prefix`, and back.
+void keep_components(const std::string& prefix, const BallComponents& components,
+                     StoredArrays& arrays);
+/// Throws CheckpointError.
+BallComponents stored_components(const SafetensorsFile& file, const std::string& prefix,
+                                 int vertex_count, int width);
 
 /// x = x_ref + Σ_k z_k C_k over the components of all levels, in mapped rows (row_map.h; method
 /// §9), with joint codes: exactly the reference where all codes are 0. How components are found,
@@ -47,6 +55,8 @@ class BallModel : public LearnedModel {
     /// Whether the first level is of components without a limit, which are no parents.
     virtual bool has_global_level() const = 0;
     const TriangleMesh& reference() const { return reference_; }
+    /// How many codes the first `levels` levels have, 0 meaning all.
+    int codes_of_levels(int levels) const;
     void set_balls(BallComponents components);
     /// Components and parents as arrays of a model file, and back.
     void save_balls(StoredArrays& arrays) const;

@@ -2,6 +2,7 @@
 #include "multiscale/joint_codes.h"
 
 #include <algorithm>
+#include <array>
 
 #include "multiscale/vertex_loops.h"
 
@@ -99,6 +100,30 @@ Eigen::VectorXd products(const BallComponents& components, std::span<const float
             components.vertex_count(), components.count(), 1,
             [&](int v, MatrixXd& sum) { add.template operator()<Width>(v, sum); });
     });
+}
+
+std::vector<float> weighted_sum(const BallComponents& components, std::span<const float> codes) {
+    const auto count = static_cast<int>(codes.size());
+    std::vector<float> row(at(components.vertex_count()) * at(components.width()));
+    const auto add = [&]<int Width>(int v) {
+        const auto acting = components.at_vertex(v);
+        const auto values = components.values(v);
+        std::array<double, Width> total{};
+        for (std::size_t a = 0; a < acting.size() && acting[a] < count; ++a) {
+            const auto code = static_cast<double>(codes[at(acting[a])]);
+            for (std::size_t c = 0; c < total.size(); ++c) {
+                total[c] += code * static_cast<double>(values[total.size() * a + c]);
+            }
+        }
+        for (std::size_t c = 0; c < total.size(); ++c) {
+            row[at(v) * total.size() + c] = static_cast<float>(total[c]);
+        }
+    };
+    with_width(components.width(), [&]<int Width>() {
+        for_vertices(components.vertex_count(),
+                     [&](int v) { add.template operator()<Width>(v); });
+    });
+    return row;
 }
 
 JointCodes::JointCodes(const BallComponents& components) {

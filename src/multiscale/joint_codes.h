@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "multiscale/ball_components.h"
 #include "multiscale/metric_rows.h"
@@ -19,6 +20,9 @@ Eigen::MatrixXd overlaps(const BallComponents& components);
 Eigen::MatrixXd products(const BallComponents& components, const MetricRows& rows);
 /// The same for one shape, a mapped row (V,width).
 Eigen::VectorXd products(const BallComponents& components, std::span<const float> row);
+
+/// Σ_k z_k C_k (V,width) of the first components, as many as there are codes.
+std::vector<float> weighted_sum(const BallComponents& components, std::span<const float> codes);
 
 /// Codes by least squares over all components at once: z = (CᵀC + 1e-7 (tr / K) I)⁻¹ Cᵀ x, method
 /// §9. Components that are zero have the code 0.

@@ -17,6 +17,24 @@ struct ShapeBasis {
 /// are more than rounding.
 ShapeBasis shape_basis(const Eigen::MatrixXd& gram, int most);
 
+/// The w that minimises Σ_i φ(|Y_i w|) where here · w = 1, Y_i being `width` rows of `places` one
+/// after the other, by reweighting (method §10): φ grows like the root of its argument, measured
+/// against the largest of them. `damping` (r) is what w costs by itself.
+struct QuietSearch {
+    const Eigen::MatrixXd& places;  // (width n,r)
+    int width = 1;
+    Eigen::VectorXd damping;
+    int rounds = 5;  // at each of five lengths that count as near zero
+    /// How much more the numbers below zero count, where the width is 1.
+    double below_zero = 1;
+};
+struct QuietReadout {
+    Eigen::VectorXd weights;  // w
+    Eigen::VectorXd sizes;    // (n) |Y_i w|, the largest 1; of width 1 with their sign
+    double loudness = 0;      // Σ_i φ at the end
+};
+QuietReadout quiet_readout(const QuietSearch& search, const Eigen::VectorXd& here);
+
 /// Codes (N,M) of linear read-outs, each as quiet as possible at all shapes but one (method §10,
 /// code route, step 2): for every shape that is not the reference, in their order, the w that
 /// minimises Σ_n φ((Y w)_n) with (Y w) = 1 at that shape, by reweighting; φ grows like the root of

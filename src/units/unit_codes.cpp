@@ -15,15 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Columns `which`.
-MatrixXd columns_of(const MatrixXd& matrix, const std::vector<int>& which) {
-    MatrixXd result(matrix.rows(), static_cast<Index>(which.size()));
-    for (std::size_t i = 0; i < which.size(); ++i) {
-        result.col(static_cast<Index>(i)) = matrix.col(which[i]);
-    }
-    return result;
-}
-
 /// (ZᵀZ)⁻¹, with what keeps it from being singular.
 Eigen::LLT<MatrixXd> normal_equations(const MatrixXd& codes) {
     constexpr double kDamping = 1e-10;
@@ -54,6 +45,14 @@ void lower_coordinates(const MatrixXd& square, const VectorXd& product, Eigen::R
 }
 
 }  // namespace
+
+MatrixXd columns_of(const MatrixXd& matrix, const std::vector<int>& which) {
+    MatrixXd result(matrix.rows(), static_cast<Index>(which.size()));
+    for (std::size_t i = 0; i < which.size(); ++i) {
+        result.col(static_cast<Index>(i)) = matrix.col(which[i]);
+    }
+    return result;
+}
 
 UnitCodes chosen(const UnitCodes& units, const std::vector<int>& which) {
     UnitCodes result{columns_of(units.codes, which), {}};

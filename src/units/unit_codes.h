@@ -6,6 +6,9 @@
 
 namespace mscomp {
 
+/// Columns `which` of a matrix, in that order.
+Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix, const std::vector<int>& which);
+
 /// Codes of units, and how many read-outs agreed on each.
 struct UnitCodes {
     Eigen::MatrixXd codes;   // (N,K), the largest of each unit 1

@@ -133,37 +133,35 @@ double squares_left(const MetricRows& rows, const BallComponents& components) {
     return sum / rows.shape_count();
 }
 
-std::vector<int> by_movement(const BallComponents& components, const MatrixXd& codes) {
-    std::vector<int> units(at(components.count()));
-    std::iota(units.begin(), units.end(), 0);
+std::vector<double> movements(const BallComponents& components, const MatrixXd& codes) {
     std::vector<double> moved;
-    for (const int k : units) {
+    for (int k = 0; k < components.count(); ++k) {
         double square = 0;
         for (const float x : components.component(k)) {
             square += static_cast<double>(x) * static_cast<double>(x);
         }
         moved.push_back(square * codes.col(k).squaredNorm());
     }
-    std::ranges::stable_sort(units, std::greater{}, [&](int k) { return moved[at(k)]; });
+    return moved;
+}
+
+std::vector<int> most_moving_first(const std::vector<double>& movements) {
+    std::vector<int> units(movements.size());
+    std::iota(units.begin(), units.end(), 0);
+    std::ranges::stable_sort(units, std::greater{}, [&](int k) { return movements[at(k)]; });
     return units;
 }
 
-UnitOrder order_of_units(const BallComponents& components, const MatrixXd& codes) {
-    const auto support = [&](int k) {
-        return static_cast<int>(components.balls()[at(k)].vertices.size());
-    };
-    UnitOrder order{by_movement(components, codes), {}};
-    std::vector<int> supports;
-    for (const int k : order.units) supports.push_back(support(k));
-    std::ranges::sort(supports, std::greater{});
-    const std::size_t large = count_of_large(supports);
-    const int least = supports[large - 1];
+UnitOrder order_of_units(const std::vector<double>& movements, const std::vector<int>& supports) {
+    UnitOrder order{most_moving_first(movements), {}};
+    std::vector<int> sorted = supports;
+    std::ranges::sort(sorted, std::greater{});
+    const std::size_t large = count_of_large(sorted);
+    const int least = sorted[large - 1];
     std::stable_partition(order.units.begin(), order.units.end(),
-                          [&](int k) { return support(k) >= least; });
+                          [&](int k) { return supports[at(k)] >= least; });
     order.levels.push_back(static_cast<int>(large));
-    if (large < supports.size()) {
-        order.levels.push_back(static_cast<int>(supports.size() - large));
-    }
+    if (large < sorted.size()) order.levels.push_back(static_cast<int>(sorted.size() - large));
     return order;
 }
 

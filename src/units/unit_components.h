@@ -21,17 +21,20 @@ BallComponents unit_components(const MetricRows& rows, const Eigen::MatrixXd& co
 /// What joint codes leave of the squares of a shape, mean over the shapes.
 double squares_left(const MetricRows& rows, const BallComponents& components);
 
+/// How much of the squares of all shapes each unit moves, (K).
+std::vector<double> movements(const BallComponents& components, const Eigen::MatrixXd& codes);
+
 /// All units, those that move the shapes most first.
-std::vector<int> by_movement(const BallComponents& components, const Eigen::MatrixXd& codes);
+std::vector<int> most_moving_first(const std::vector<double>& movements);
 
 /// Units in the order in which they are kept, and how many of them are on each level: those that
 /// move much of the mesh before those that move little of it, where there are two scales, that is
-/// where the sorted supports jump by half or more with two units and a fifth at least on both
-/// sides; within a level those that move most come first.
+/// where the sorted supports (K), in vertices, jump by half or more with two units and a fifth at
+/// least on both sides; within a level those that move most come first.
 struct UnitOrder {
     std::vector<int> units;
     std::vector<int> levels;
 };
-UnitOrder order_of_units(const BallComponents& components, const Eigen::MatrixXd& codes);
+UnitOrder order_of_units(const std::vector<double>& movements, const std::vector<int>& supports);
 
 }  // namespace mscomp

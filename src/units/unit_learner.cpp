@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "mscomp/base/error.h"
@@ -21,11 +23,37 @@ constexpr int kFewestShapes = 12;
 // Sets whose units are known are above the first, and below the second, by far.
 constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5;
 constexpr double kMostMoving = 0.5;  // part of the vertices, mean of the units
+constexpr double kLeastMoved = 0.05;  // of the greatest length: a vertex that a unit moves
 
 double mean_support(const BallComponents& components) {
     double sum = 0;
     for (const Ball& ball : components.balls()) sum += static_cast<double>(ball.vertices.size());
     return sum / (static_cast<double>(components.count()) * components.vertex_count());
+}
+
+ComponentTrust trust_of(const FoundUnits& found, int k) {
+    return {found.units.votes[at(k)], found.again[at(k)], std::min(1.0, found.held_out[at(k)])};
+}
+
+/// (V) squares of the features that a unit changes where its code is farthest from 0.
+Eigen::VectorXd squares_of_unit(const TurningComponents& turning, const BallComponents& stretches,
+                                const MatrixXd& codes, Eigen::Index k) {
+    Eigen::Index end = 0;
+    codes.col(k).cwiseAbs().maxCoeff(&end);
+    std::vector<float> one(at(turning.turns().count()), 0.0F);
+    one[at(static_cast<int>(k))] = static_cast<float>(codes(end, k));
+    const std::vector<Eigen::Vector3d> rotations = turning.rotations(one);
+    const std::vector<float> stretched = weighted_sum(stretches, one);
+    Eigen::VectorXd squares(std::ssize(rotations));
+    for (std::size_t v = 0; v < rotations.size(); ++v) {
+        squares[static_cast<Eigen::Index>(v)] =
+            rotations[v].squaredNorm() +
+            Eigen::Map<const Eigen::Matrix<float, kFeatureDim, 1>>(stretched.data() +
+                                                                   v * kFeatureDim)
+                .cast<double>()
+                .squaredNorm();
+    }
+    return squares;
 }
 
 }  // namespace
@@ -44,19 +72,31 @@ MetricRows UnitLearner::rows() const {
 }
 
 void UnitLearner::start() {
-    const MetricRows rows = this->rows();
-    begin(rows, gram_of_shapes(rows));
+    MetricRows rows = this->rows();
+    const MatrixXd gram = gram_of_shapes(rows);
+    begin(std::move(rows), gram, [this](int m) {
+        const std::span<const float> row = shapes_.shape(train_[at(m)]);
+        std::vector<float> feature(row.begin(), row.end());
+        shapes_.forget(train_[at(m)]);
+        return feature;
+    });
 }
 
 /// Shapes as the components of another model say them; units are fitted to the shapes themselves.
 void UnitLearner::start_from(const GivenComponents& given) {
-    const MetricRows rows = this->rows();
+    MetricRows rows = this->rows();
     const BallComponents others = given_balls(given, model_.map());
     const MatrixXd codes = JointCodes(others).solve(products(others, rows));
-    begin(rows, codes.transpose() * gram_matrix(others) * codes);
+    begin(std::move(rows), codes.transpose() * gram_matrix(others) * codes, [&](int m) {
+        const Eigen::VectorXf own = codes.col(m).cast<float>();
+        std::vector<float> row =
+            weighted_sum(others, std::span(own.data(), at(static_cast<int>(own.size()))));
+        model_.map().unmap(row);
+        return row;
+    });
 }
 
-void UnitLearner::begin(const MetricRows& rows, const MatrixXd& gram) {
+void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& feature) {
     if (rows.shape_count() < kFewestShapes) {
         throw UsageError(fmt::format("{} training shapes, wanted {} at least to find units in",
                                      rows.shape_count(), kFewestShapes));
@@ -64,17 +104,50 @@ void UnitLearner::begin(const MetricRows& rows, const MatrixXd& gram) {
     if (!(gram.trace() > 0)) {
         throw UsageError("no training shape differs from the reference: there are no units");
     }
-    FoundUnits found = find_units(gram);
+    FoundUnits switching, turning;
+    std::optional<TurningShapes> shapes;
+    if (settings_.route != UnitRoute::space) switching = find_switching_units(gram);
+    if (settings_.route != UnitRoute::codes && settings_.rows == ShapeRows::features) {
+        shapes.emplace(model_.mesh(), rows.shape_count(), feature);
+        turning = find_turning_units(
+            gram_of_shapes(shapes->turns()),
+            edge_sample(shapes->turns(), TurningShapes::middles(model_.mesh(), shapes->field())),
+            gram);
+    }
+    const bool turns = settings_.route == UnitRoute::space || are_turning(switching, turning);
+    const FoundUnits& found = turns ? turning : switching;
     if (found.units.count() == 0) {
         throw UsageError(
             "no two training shapes agree on a unit: they are too few, or each moves in a way of "
             "its own");
     }
+    note(found, turns ? switching : turning, turns);
+    if (turns) {
+        take_turning(std::move(rows), *shapes, found);
+    } else {
+        take_switching(rows, found);
+    }
+    state_ = {};
+}
+
+void UnitLearner::note(const FoundUnits& found, const FoundUnits& other, bool turning) {
     const double part = found.found_again() / found.units.count();
     notes_ = {
-        fmt::format("units: {} found at a noise of {}, {:.3g} % of them again in subsets of "
-                    "the shapes; their codes explain {:.3g} % of the squares",
-                    found.units.count(), found.noise, 100 * part, 100 * (1 - found.unexplained))};
+        fmt::format("units: {} found, {}, {:.3g} % of them again in subsets of the shapes; their "
+                    "codes explain {:.3g} % of the squares",
+                    found.units.count(),
+                    turning ? std::string("sparse in relative rotations")
+                            : fmt::format("switching on and off, at a noise of {}", found.noise),
+                    100 * part, 100 * (1 - found.unexplained)),
+        fmt::format("units: codes of shapes that were left out correlate by {:.2g} with those of "
+                    "all (median)",
+                    found.median_held_out())};
+    if (other.units.count() > 0) {
+        notes_.push_back(fmt::format("units: those of {} {}, {} of them, by {:.2g}",
+                                     turning ? "shapes that switch" : "relative rotations",
+                                     "were looked for as well", other.units.count(),
+                                     other.median_held_out()));
+    }
     warnings_.clear();
     if (part < kLeastFoundAgain || found.unexplained > kMostUnexplained) {
         warnings_.push_back(fmt::format(
@@ -83,7 +156,32 @@ void UnitLearner::begin(const MetricRows& rows, const MatrixXd& gram) {
             "hardly ever rest. What is found may be none",
             100 * part, found.units.count(), 100 * (1 - found.unexplained)));
     }
-    take(rows, found);
+}
+
+/// The strongest units, as many as there may be.
+std::vector<int> UnitLearner::strongest(const std::vector<double>& movements) const {
+    std::vector<int> which = most_moving_first(movements);
+    if (settings_.components > 0 && std::ssize(which) > settings_.components) {
+        which.resize(at(settings_.components));
+    }
+    std::ranges::sort(which);
+    return which;
+}
+
+void UnitLearner::take_switching(const MetricRows& rows, const FoundUnits& found) {
+    const std::vector<int> which =
+        strongest(movements(unit_components(rows, found.units.codes), found.units.codes));
+    const UnitCodes units = chosen(found.units, which);
+    const BallComponents first = unit_components(rows, units.codes);
+    std::vector<int> supports;
+    for (const Ball& ball : first.balls()) {
+        supports.push_back(static_cast<int>(ball.vertices.size()));
+    }
+    const UnitOrder order = order_of_units(movements(first, units.codes), supports);
+    std::vector<ComponentTrust> trust;
+    for (const int k : order.units) trust.push_back(trust_of(found, which[at(k)]));
+    model_.set_units({unit_components(rows, chosen(units, order.units).codes), order.levels,
+                      std::move(trust), {}, {}});
     const double moving = mean_support(model_.components());
     if (moving > kMostMoving) {
         warnings_.push_back(fmt::format(
@@ -91,30 +189,66 @@ void UnitLearner::begin(const MetricRows& rows, const MatrixXd& gram) {
             "rests, are no units of this sort. What is found may be none",
             100 * moving));
     }
-    state_ = {};
 }
 
-/// The strongest of what was found, level by level.
-void UnitLearner::take(const MetricRows& rows, const FoundUnits& found) {
-    std::vector<int> which(at(found.units.count()));
-    std::iota(which.begin(), which.end(), 0);
-    if (settings_.components > 0 && std::ssize(which) > settings_.components) {
-        which = by_movement(unit_components(rows, found.units.codes), found.units.codes);
-        which.resize(at(settings_.components));
+void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
+                               const FoundUnits& found) {
+    // Rotations are integrated; what is left to add up is stretch.
+    for (std::size_t i = 0; i < at(rows.vertex_count()) * kFeatureDim; ++i) {
+        if (i % kFeatureDim >= kRotationDim) continue;
+        for (int m = 0; m < rows.shape_count(); ++m) rows.set(i, m, 0);
     }
-    const UnitCodes units = chosen(found.units, which);
-    const UnitOrder order = order_of_units(unit_components(rows, units.codes), units.codes);
+    const auto fitted = [&](const std::vector<int>& which) {
+        TurningComponents turning = turning_components(
+            shapes, columns_of(found.units.codes, which), model_.mesh());
+        MatrixXd codes =
+            JointCodes(turning.turns()).solve(products(turning.turns(), shapes.turns()));
+        codes.transposeInPlace();
+        BallComponents stretches = unit_components(rows, codes);
+        return std::tuple{std::move(turning), std::move(stretches), std::move(codes)};
+    };
+    std::vector<double> squares;
+    for (Eigen::Index k = 0; k < found.units.codes.cols(); ++k) {
+        // The strongest were taken first.
+        squares.push_back(-static_cast<double>(k));
+    }
+    const std::vector<int> which = strongest(squares);
+    const auto [turning, stretches, codes] = fitted(which);
+    std::vector<double> moved;
+    std::vector<int> supports;
+    MatrixXd squares_at(model_.vertex_count(), std::ssize(which));
+    for (Eigen::Index k = 0; k < squares_at.cols(); ++k) {
+        squares_at.col(k) = squares_of_unit(turning, stretches, codes, k);
+        moved.push_back(squares_at.col(k).sum());
+        const double least = kLeastMoved * kLeastMoved * squares_at.col(k).maxCoeff();
+        supports.push_back(static_cast<int>((squares_at.col(k).array() > least).count()));
+    }
+    const UnitOrder order = order_of_units(moved, supports);
     std::vector<ComponentTrust> trust;
-    for (const int k : order.units) {
-        trust.push_back({units.votes[at(k)], found.again[at(which[at(k)])]});
+    std::vector<int> ordered, parents;
+    for (std::size_t n = 0; n < order.units.size(); ++n) {
+        const int k = order.units[n];
+        trust.push_back(trust_of(found, which[at(k)]));
+        ordered.push_back(which[at(k)]);
+        int best = -1;
+        double most = 0;
+        for (int p = 0; n >= at(order.levels.front()) && p < order.levels.front(); ++p) {
+            const double shared = squares_at.col(k).dot(squares_at.col(order.units[at(p)]));
+            if (!(shared > most)) continue;
+            most = shared;
+            best = p;
+        }
+        parents.push_back(best);
     }
-    model_.set_units(unit_components(rows, chosen(units, order.units).codes), order.levels,
-                     std::move(trust));
+    auto [last_turning, last_stretches, last_codes] = fitted(ordered);
+    model_.set_units({std::move(last_stretches), order.levels, std::move(trust),
+                      std::move(last_turning), std::move(parents)});
 }
 
 EpochReport UnitLearner::run_epoch() {
     const auto begin = std::chrono::steady_clock::now();
-    const double error = squares_left(rows(), model_.components());
+    const double error = model_.is_turning() ? squares_left_by_model()
+                                             : squares_left(rows(), model_.components());
     ++state_.epoch;
     ++state_.step;
     state_.total = error;
@@ -122,6 +256,22 @@ EpochReport UnitLearner::run_epoch() {
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
     return {state_, error, {error}, 0, spent.count(), 1};
+}
+
+/// What decoded codes leave of the squares of a shape, mean over the shapes.
+double UnitLearner::squares_left_by_model() {
+    double sum = 0;
+    for (const int shape : train_) {
+        const std::vector<int> one{shape};
+        std::vector<float> decoded = model_.decode(model_.encode(shapes_, one).values);
+        model_.scale().scale(decoded);
+        const std::vector<float> row = model_.map().mapped(shapes_, shape);
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            const double left = static_cast<double>(row[i]) - static_cast<double>(decoded[i]);
+            sum += left * left;
+        }
+    }
+    return sum / static_cast<double>(train_.size());
 }
 
 CodeTable UnitLearner::codes() { return model_.encode(shapes_, train_); }

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "mscomp/model/learned_model.h"
 #include "multiscale/metric_rows.h"
-#include "units/code_route.h"
+#include "units/found_units.h"
+#include "units/turning_components.h"
 #include "units/unit_model.h"
 
 namespace mscomp {
@@ -32,9 +34,16 @@ class UnitLearner final : public Learner {
     CodeTable codes() override;
 
   private:
+    /// Unscaled features (V,9) of training shape m, as they are or as another model says.
+    using Feature = std::function<std::vector<float>(int m)>;
+
     MetricRows rows() const;
-    void begin(const MetricRows& rows, const Eigen::MatrixXd& gram);
-    void take(const MetricRows& rows, const FoundUnits& found);
+    double squares_left_by_model();
+    void begin(MetricRows rows, const Eigen::MatrixXd& gram, const Feature& feature);
+    void note(const FoundUnits& found, const FoundUnits& other, bool turning);
+    std::vector<int> strongest(const std::vector<double>& movements) const;
+    void take_switching(const MetricRows& rows, const FoundUnits& found);
+    void take_turning(MetricRows rows, const TurningShapes& shapes, const FoundUnits& found);
 
     UnitModel& model_;
     const UnitSettings& settings_;

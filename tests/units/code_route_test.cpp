@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "units/code_route.h"
+#include "units/found_units.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ struct Planted {
 // Shapes that are sums of units which are off most of the time: these and no others are found.
 TEST(CodeRoute, FindsPlantedUnits) {
     const Planted planted;
-    const FoundUnits found = find_units(planted.gram());
+    const FoundUnits found = find_switching_units(planted.gram());
     EXPECT_EQ(found.units.count(), 6);
     EXPECT_GT(cases::nearest_cosines(planted.codes, found.units.codes).minCoeff(), 1 - 5e-4);
     EXPECT_LT(found.unexplained, 1e-6);
@@ -42,7 +42,7 @@ TEST(CodeRoute, FindsPlantedUnits) {
 TEST(CodeRoute, FindsThemUnderNoise) {
     const Planted planted;
     const MatrixXd noisy = planted.shapes + 0.05 * cases::random_matrix(60, 200, 8);
-    const FoundUnits found = find_units(noisy * noisy.transpose());
+    const FoundUnits found = find_switching_units(noisy * noisy.transpose());
     EXPECT_EQ(found.units.count(), 6);
     EXPECT_GT(cases::nearest_cosines(planted.codes, found.units.codes).minCoeff(), 0.99);
 }
@@ -50,7 +50,7 @@ TEST(CodeRoute, FindsThemUnderNoise) {
 // Nothing hangs on the order of the shapes, on their unit, or on how space is turned.
 TEST(CodeRoute, TheOrderOfShapesAndTheirUnitDoNotMatter) {
     const Planted planted;
-    const FoundUnits wanted = find_units(planted.gram());
+    const FoundUnits wanted = find_switching_units(planted.gram());
     const std::vector<int> order = CounterRandom(5, 5).permutation(60);
     MatrixXd mixed(60, 200), codes(60, 6);
     for (int n = 0; n < 60; ++n) {
@@ -58,7 +58,7 @@ TEST(CodeRoute, TheOrderOfShapesAndTheirUnitDoNotMatter) {
         codes.row(n) = wanted.units.codes.row(order[at(n)]);
     }
     for (const double unit : {1.0, 1e-3, 1e4}) {
-        const FoundUnits found = find_units(unit * unit * (mixed * mixed.transpose()));
+        const FoundUnits found = find_switching_units(unit * unit * (mixed * mixed.transpose()));
         EXPECT_EQ(found.units.count(), 6) << unit;
         EXPECT_GT(cases::nearest_cosines(codes, found.units.codes).minCoeff(), 1 - 5e-4) << unit;
     }
@@ -71,8 +71,8 @@ TEST(CodeRoute, NorDoesTheOrderMatterWhereLittleIsExplained) {
     const std::vector<int> order = CounterRandom(5, 5).permutation(60);
     MatrixXd mixed(60, 200);
     for (int n = 0; n < 60; ++n) mixed.row(n) = shapes.row(order[at(n)]);
-    const FoundUnits wanted = find_units(shapes * shapes.transpose());
-    const FoundUnits found = find_units(mixed * mixed.transpose());
+    const FoundUnits wanted = find_switching_units(shapes * shapes.transpose());
+    const FoundUnits found = find_switching_units(mixed * mixed.transpose());
     EXPECT_GT(wanted.unexplained, 0.2);
     ASSERT_EQ(found.units.votes, wanted.units.votes);
     EXPECT_EQ(found.again, wanted.again);
@@ -89,7 +89,7 @@ TEST(CodeRoute, ShapesThatAreTheReferenceCountForNothing) {
     Planted planted;
     planted.codes.topRows(5).setZero();
     planted.shapes.topRows(5).setZero();
-    const FoundUnits found = find_units(planted.gram());
+    const FoundUnits found = find_switching_units(planted.gram());
     EXPECT_EQ(found.units.count(), 6);
     EXPECT_GT(cases::nearest_cosines(planted.codes, found.units.codes).minCoeff(), 1 - 5e-4);
     EXPECT_TRUE(found.units.codes.allFinite());
@@ -97,9 +97,9 @@ TEST(CodeRoute, ShapesThatAreTheReferenceCountForNothing) {
 
 // Shapes of which each moves in a way of its own: nothing two of them agree on.
 TEST(CodeRoute, FindsNothingWhereNoTwoShapesAgree) {
-    const FoundUnits found = find_units(MatrixXd::Identity(12, 12));
+    const FoundUnits found = find_switching_units(MatrixXd::Identity(12, 12));
     EXPECT_EQ(found.units.count(), 0);
-    EXPECT_EQ(find_units(MatrixXd::Zero(12, 12)).units.count(), 0);
+    EXPECT_EQ(find_switching_units(MatrixXd::Zero(12, 12)).units.count(), 0);
 }
 
 TEST(QuietCodes, AreOneAtTheirShapeAndNearlyZeroWhereItsUnitIsOff) {

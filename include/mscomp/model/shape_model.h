@@ -44,6 +44,8 @@ struct ComponentPlace {
 struct ComponentTrust {
     int votes = 0;           // ways of looking at the shapes that agree on it
     double found_again = 0;  // part of some subsets of the shapes in which it is found again
+    double held_out = 0;     // |correlation| of its codes in shapes left out with those read there
+                             // by what is found without them; 0 where that is nothing
 };
 
 /// Codes (n,K) of n shapes, row after row.

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "multiscale/ball_components.h"
+#include "multiscale/joint_codes.h"
+#include "multiscale/metric_rows.h"
+#include "units/turn_field.h"
+
+namespace mscomp {
+
+/// Relative rotations of shapes along the edges of a mesh, and what else is needed to go back.
+class TurningShapes {
+  public:
+    /// Roots are where shapes turn least, so that little is asked of them. `feature(m)` (V,9) are
+    /// unscaled features of shape m, asked for twice.
+    template <class Feature>
+    TurningShapes(const TriangleMesh& mesh, int shapes, const Feature& feature)
+        : field_(mesh), turns_(field_.edge_count(), shapes, 3) {
+        squares_.assign(at(field_.vertex_count()), 0.0);
+        for (int m = 0; m < shapes; ++m) add(m, feature(m));
+        place_roots(mesh);
+        roots_.resize(shapes, 3 * std::ssize(field_.roots()));
+        for (int m = 0; m < shapes; ++m) add_roots(m, feature(m));
+    }
+
+    const TurnField& field() const { return field_; }
+    const MetricRows& turns() const { return turns_; }      // (E,3,N)
+    const Eigen::MatrixXd& roots() const { return roots_; }  // (N,3P) rotation vectors
+    /// Of every edge, where the reference has it.
+    static std::vector<Point> middles(const TriangleMesh& mesh, const TurnField& field);
+
+  private:
+    void add(int m, std::span<const float> features);
+    void add_roots(int m, std::span<const float> features);
+    void place_roots(const TriangleMesh& mesh);
+
+    TurnField field_;
+    MetricRows turns_;
+    std::vector<double> squares_;  // (V) of the rotation vectors of all shapes
+    Eigen::MatrixXd roots_;
+};
+
+/// K components that are linear in relative rotations, with joint codes there: R from turns
+/// Σ_k z_k B_k, exactly none where a unit does not turn (method §10, space route).
+class TurningComponents {
+  public:
+    /// `turns` (E,3); `roots` (K,3P) rotation vectors of the roots for a code of 1.
+    TurningComponents(TurnField field, BallComponents turns, Eigen::MatrixXd roots);
+
+    const TurnField& field() const { return field_; }
+    const BallComponents& turns() const { return turns_; }
+    const Eigen::MatrixXd& roots() const { return roots_; }
+
+    /// (K) of features (V,9).
+    Eigen::VectorXd codes_of(std::span<const float> features) const;
+    /// Rotation vectors (V).
+    std::vector<Eigen::Vector3d> rotations(std::span<const float> codes) const;
+    /// How they change with each code, (K) times (V).
+    std::vector<std::vector<Eigen::Vector3d>> derivatives(std::span<const float> codes) const;
+    /// The vertices of the edges along which a component turns, rising.
+    std::vector<int> vertices_of(int k) const;
+    /// One end of the edge along which it turns most; 0 for a component without.
+    int most_turning(int k) const;
+
+  private:
+    TurnField::Direction weighted(std::span<const float> codes) const;
+
+    TurnField field_;
+    BallComponents turns_;
+    Eigen::MatrixXd roots_;
+    JointCodes joint_codes_;
+};
+
+/// Fitted to shapes with the codes (N,K) of units: turns by least squares, zero where they are below
+/// 5 % of their greatest length, codes by least squares on these, and turns once more.
+TurningComponents turning_components(const TurningShapes& shapes, const Eigen::MatrixXd& codes,
+                                     const TriangleMesh& mesh);
+
+}  // namespace mscomp
