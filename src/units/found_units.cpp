@@ -203,24 +203,34 @@ FoundUnits find_switching_units(const MatrixXd& gram) {
 
 FoundUnits find_turning_units(const MatrixXd& gram, const EdgeSample& sample,
                               const MatrixXd& like) {
-    FoundUnits found{space_route(gram, sample).units, {}, {}, 0, 1};
-    found.unexplained = unexplained(gram, found.units.codes);
+    // Noise is taken for movement until what moves is explained.
+    constexpr double kTurnNoises[] = {0.1, 0.2, 0.35, 0.5};
+    constexpr double kMostUnexplained = 0.05;
     std::vector<std::vector<int>> subsets;
     for (int s = 0; s < kSubsets; ++s) subsets.push_back(subset(like, static_cast<unsigned>(s)));
-    find_again(found, subsets, [&](std::size_t s) {
-        return space_route(part_of(gram, subsets[s]), part_of(sample, subsets[s])).units;
-    });
-    hold_out(found, like, [&](const std::vector<int>& rest) {
-        const TurningUnits part = space_route(part_of(gram, rest), part_of(sample, rest));
+    FoundUnits best;
+    for (const double noise : kTurnNoises) {
+        FoundUnits found{space_route(gram, sample, noise).units, {}, {}, noise, 1};
+        found.unexplained = unexplained(gram, found.units.codes);
+        find_again(found, subsets, [&](std::size_t s) {
+            return space_route(part_of(gram, subsets[s]), part_of(sample, subsets[s]), noise).units;
+        });
+        if (noise == kTurnNoises[0] || found.score() > best.score()) best = std::move(found);
+        if (best.unexplained < kMostUnexplained) break;
+    }
+    hold_out(best, like, [&](const std::vector<int>& rest) {
+        const TurningUnits part =
+            space_route(part_of(gram, rest), part_of(sample, rest), best.noise);
         return MatrixXd(columns_of(gram, rest) * part.readouts);
     });
-    return found;
+    return best;
 }
 
 bool are_turning(const FoundUnits& switching, const FoundUnits& turning) {
-    constexpr double kLeast = 0.5;
-    return turning.median_held_out() >= kLeast &&
-           turning.median_held_out() > switching.median_held_out();
+    constexpr double kLeastHeldOut = 0.5, kMostUnexplained = 1.0 / 3;
+    return turning.median_held_out() >= kLeastHeldOut &&
+           turning.median_held_out() > switching.median_held_out() &&
+           turning.unexplained <= kMostUnexplained;
 }
 
 }  // namespace mscomp

@@ -30,14 +30,13 @@ struct Turns {
 /// (3,N) of an edge of a sample.
 auto at_edge(const EdgeSample& sample, int place) { return sample.values.middleRows(3 * place, 3); }
 
-/// Directions that leave a tenth of the length of all shapes, and some more.
-int direction_count(const ShapeBasis& basis) {
-    constexpr double kLeft = 0.1;
+/// Directions that leave a part of the length of all shapes, and some more.
+int direction_count(const ShapeBasis& basis, double most_left) {
     constexpr int kMore = 6;
     const auto all = static_cast<int>(basis.sizes.size());
     double left = basis.size * basis.size;
     int count = 0;
-    while (count < all && left > kLeft * kLeft * basis.size * basis.size) {
+    while (count < all && left > most_left * most_left * basis.size * basis.size) {
         left -= basis.sizes[count] * basis.sizes[count];
         ++count;
     }
@@ -46,7 +45,7 @@ int direction_count(const ShapeBasis& basis) {
 
 /// For each seed and each direction in which it turns the quietest change that is 1 there.
 Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
-    constexpr double kNoise = 0.01;
+    constexpr double kNoise = 0.005;
     constexpr double kDead = 1e-10;  // part of the largest square of a seed
     const Index shapes = basis.places.rows(), directions = basis.sizes.size();
     const MatrixXd vectors = basis.places / std::sqrt(static_cast<double>(shapes));
@@ -211,9 +210,9 @@ EdgeSample part_of(const EdgeSample& sample, const std::vector<int>& which) {
     return {columns_of(sample.values, which), sample.seeds, sample.edges_of_each};
 }
 
-TurningUnits space_route(const MatrixXd& gram, const EdgeSample& sample) {
+TurningUnits space_route(const MatrixXd& gram, const EdgeSample& sample, double noise) {
     ShapeBasis basis = shape_basis(gram, static_cast<int>(gram.rows()) - 1);
-    const int count = direction_count(basis);
+    const int count = direction_count(basis, noise);
     basis.places = basis.places.leftCols(count).eval();
     basis.sizes = basis.sizes.head(count).eval();
     TurningUnits found{{MatrixXd(gram.rows(), 0), {}}, MatrixXd(gram.rows(), 0)};

@@ -37,7 +37,8 @@ struct TurningUnits {
 /// span which is 1 there and as quiet as possible at all other edges; its code is x·d. Those whose
 /// codes correlate by 0.95 are one, the quietest stands for them, three have to agree. Of these
 /// are taken, the strongest of what is left first, those whose codes the others leave, and then
-/// those that the others leave in space.
-TurningUnits space_route(const Eigen::MatrixXd& gram, const EdgeSample& sample);
+/// those that the others leave in space. `noise`: the part of the length of all shapes, about, that is
+/// no movement.
+TurningUnits space_route(const Eigen::MatrixXd& gram, const EdgeSample& sample, double noise);
 
 }  // namespace mscomp

@@ -16,6 +16,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
+// Turns add up along a limb: less may be left out.
+constexpr double kLeastTurn = 0.02;
+
 }  // namespace
 
 void TurningShapes::add(int m, std::span<const float> features) {
@@ -136,9 +139,9 @@ int TurningComponents::most_turning(int k) const {
 
 TurningComponents turning_components(const TurningShapes& shapes, const MatrixXd& codes,
                                      const TriangleMesh& mesh) {
-    const BallComponents first = unit_components(shapes.turns(), codes);
+    const BallComponents first = unit_components(shapes.turns(), codes, kLeastTurn);
     const MatrixXd fitted = JointCodes(first).solve(products(first, shapes.turns())).transpose();
-    BallComponents turns = unit_components(shapes.turns(), fitted);
+    BallComponents turns = unit_components(shapes.turns(), fitted, kLeastTurn);
     const MatrixXd last = JointCodes(turns).solve(products(turns, shapes.turns())).transpose();
     MatrixXd roots = last.completeOrthogonalDecomposition().solve(shapes.roots());
     return {TurnField(mesh, shapes.field().roots()), std::move(turns), std::move(roots)};

@@ -77,7 +77,7 @@ class TurningComponents {
 };
 
 /// Fitted to shapes with the codes (N,K) of units: turns by least squares, zero where they are below
-/// 5 % of their greatest length, codes by least squares on these, and turns once more.
+/// 2 % of their greatest length, codes by least squares on these, and turns once more.
 TurningComponents turning_components(const TurningShapes& shapes, const Eigen::MatrixXd& codes,
                                      const TriangleMesh& mesh);
 

@@ -94,8 +94,7 @@ MatrixXd gram_of_shapes(const MetricRows& rows) {
     return sum.selfadjointView<Eigen::Lower>();
 }
 
-BallComponents unit_components(const MetricRows& rows, const MatrixXd& codes) {
-    constexpr double kLeast = 0.05;  // of the greatest length
+BallComponents unit_components(const MetricRows& rows, const MatrixXd& codes, double least) {
     const MatrixXd lengths = lengths_of_all(rows, codes);
     std::vector<Ball> balls(at(codes.cols()));
     for (Index k = 0; k < codes.cols(); ++k) {
@@ -103,7 +102,7 @@ BallComponents unit_components(const MetricRows& rows, const MatrixXd& codes) {
         const double most = lengths.col(k).maxCoeff(&longest);
         balls[at(k)].center = static_cast<int>(longest);
         for (int v = 0; v < rows.vertex_count(); ++v) {
-            if (lengths(v, k) > kLeast * most) balls[at(k)].vertices.push_back(v);
+            if (lengths(v, k) > least * most) balls[at(k)].vertices.push_back(v);
         }
     }
     BallComponents components(rows.vertex_count(), std::move(balls), rows.width());

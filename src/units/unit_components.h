@@ -12,11 +12,15 @@ namespace mscomp {
 /// Inner products (N,N) of all pairs of shapes.
 Eigen::MatrixXd gram_of_shapes(const MetricRows& rows);
 
+/// What of its greatest length a component is at least where it acts.
+inline constexpr double kLeastLength = 0.05;
+
 /// Components (method §10, code route, step 6) by least squares on fixed codes (N,K): zero where
-/// they are below 5 % of their greatest length, fitted once more at every vertex to what is left
+/// they are below `least` of their greatest length, fitted once more at every vertex to what is left
 /// there. A centre is where a component is longest; codes are then those of components as they
 /// come.
-BallComponents unit_components(const MetricRows& rows, const Eigen::MatrixXd& codes);
+BallComponents unit_components(const MetricRows& rows, const Eigen::MatrixXd& codes,
+                               double least = kLeastLength);
 
 /// What joint codes leave of the squares of a shape, mean over the shapes.
 double squares_left(const MetricRows& rows, const BallComponents& components);

@@ -107,14 +107,22 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& fe
     FoundUnits switching, turning;
     std::optional<TurningShapes> shapes;
     if (settings_.route != UnitRoute::space) switching = find_switching_units(gram);
-    if (settings_.route != UnitRoute::codes && settings_.rows == ShapeRows::features) {
+    // Read-outs know nothing of the mesh: that they are of a place is no chance.
+    const bool are_local =
+        switching.units.count() > 0 &&
+        mean_support(unit_components(rows, switching.units.codes)) <= kMostMoving;
+    const bool may_turn = settings_.rows == ShapeRows::features &&
+                          settings_.route != UnitRoute::codes &&
+                          (settings_.route == UnitRoute::space || !are_local);
+    if (may_turn) {
         shapes.emplace(model_.mesh(), rows.shape_count(), feature);
         turning = find_turning_units(
             gram_of_shapes(shapes->turns()),
             edge_sample(shapes->turns(), TurningShapes::middles(model_.mesh(), shapes->field())),
             gram);
     }
-    const bool turns = settings_.route == UnitRoute::space || are_turning(switching, turning);
+    const bool turns = may_turn && (settings_.route == UnitRoute::space ||
+                                    are_turning(switching, turning));
     const FoundUnits& found = turns ? turning : switching;
     if (found.units.count() == 0) {
         throw UsageError(
@@ -133,20 +141,19 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& fe
 void UnitLearner::note(const FoundUnits& found, const FoundUnits& other, bool turning) {
     const double part = found.found_again() / found.units.count();
     notes_ = {
-        fmt::format("units: {} found, {}, {:.3g} % of them again in subsets of the shapes; their "
-                    "codes explain {:.3g} % of the squares",
-                    found.units.count(),
-                    turning ? std::string("sparse in relative rotations")
-                            : fmt::format("switching on and off, at a noise of {}", found.noise),
-                    100 * part, 100 * (1 - found.unexplained)),
-        fmt::format("units: codes of shapes that were left out correlate by {:.2g} with those of "
+        fmt::format("units: {} found, {} at a noise of {}, {:.3g} % of them again in subsets of the "
+                    "shapes; their codes explain {:.3g} % of the squares",
+                    found.units.count(), turning ? "of relative rotations" : "of shapes",
+                    found.noise, 100 * part, 100 * (1 - found.unexplained)),
+        fmt::format("units: codes in shapes that were left out correlate by {:.2g} with those of "
                     "all (median)",
                     found.median_held_out())};
     if (other.units.count() > 0) {
-        notes_.push_back(fmt::format("units: those of {} {}, {} of them, by {:.2g}",
-                                     turning ? "shapes that switch" : "relative rotations",
-                                     "were looked for as well", other.units.count(),
-                                     other.median_held_out()));
+        notes_.push_back(fmt::format(
+            "units: {} {} were found as well; their codes correlate by {:.2g}, and they explain "
+            "{:.3g} %",
+            other.units.count(), turning ? "of shapes" : "of relative rotations",
+            other.median_held_out(), 100 * (1 - other.unexplained)));
     }
     warnings_.clear();
     if (part < kLeastFoundAgain || found.unexplained > kMostUnexplained) {
