@@ -3,10 +3,12 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/parallel.h"
 #include "units/unit_components.h"
 
 namespace mscomp {
@@ -17,7 +19,20 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 // Turns add up along a limb: less may be left out.
-constexpr double kLeastTurn = 0.02;
+constexpr double kLeastTurnPart = 0.02;
+
+/// z and then z², of shapes (N,K) or of one.
+MatrixXd with_squares(const MatrixXd& codes) {
+    MatrixXd both(codes.rows(), 2 * codes.cols());
+    both << codes, codes.cwiseAbs2();
+    return both;
+}
+
+std::vector<float> with_squares(std::span<const float> codes) {
+    std::vector<float> both(codes.begin(), codes.end());
+    for (const float z : codes) both.push_back(z * z);
+    return both;
+}
 
 }  // namespace
 
@@ -59,14 +74,20 @@ std::vector<Point> TurningShapes::middles(const TriangleMesh& mesh, const TurnFi
     return middles;
 }
 
-TurningComponents::TurningComponents(TurnField field, BallComponents turns, MatrixXd roots)
+TurningComponents::TurningComponents(TurnField field, BallComponents turns, MatrixXd roots,
+                                     BallComponents stretches)
     : field_(std::move(field)),
       turns_(std::move(turns)),
       roots_(std::move(roots)),
+      stretches_(std::move(stretches)),
       joint_codes_(turns_) {}
 
 Eigen::VectorXd TurningComponents::codes_of(std::span<const float> features) const {
     return joint_codes_.solve(products(turns_, field_.turns_of(features)));
+}
+
+MatrixXd TurningComponents::codes_of(const MetricRows& turns) const {
+    return joint_codes_.solve(products(turns_, turns)).transpose();
 }
 
 /// Σ_k z_k of what components do.
@@ -97,16 +118,37 @@ std::vector<Vector3d> TurningComponents::rotations(std::span<const float> codes)
     return field_.integrated(turned.turns, turned.roots);
 }
 
-std::vector<std::vector<Vector3d>> TurningComponents::derivatives(
-    std::span<const float> codes) const {
+std::vector<float> TurningComponents::stretched(std::span<const float> codes) const {
+    return weighted_sum(stretches_, with_squares(codes));
+}
+
+std::vector<CodeColumn> TurningComponents::derivatives(std::span<const float> codes,
+                                                       const RowMap& map) const {
     const TurnField::Direction turned = weighted(codes);
     std::vector<TurnField::Direction> directions;
-    for (int k = 0; k < turns_.count(); ++k) {
+    for (std::size_t k = 0; k < codes.size(); ++k) {
         std::vector<float> one(codes.size(), 0.0F);
-        one[at(k)] = 1;
+        one[k] = 1;
         directions.push_back(weighted(one));
     }
-    return field_.derivatives(turned.turns, turned.roots, directions);
+    const auto spins = field_.derivatives(turned.turns, turned.roots, directions);
+    std::vector<CodeColumn> columns(codes.size());
+    parallel_for(std::ssize(columns), [&](std::int64_t k) {
+        std::vector<float> factors(2 * codes.size(), 0.0F);
+        factors[at(k)] = 1;
+        factors[codes.size() + at(k)] = 2 * codes[at(k)];
+        std::vector<float> row = weighted_sum(stretches_, factors);
+        CodeColumn& column = columns[at(k)];
+        for (int v = 0; v < field_.vertex_count(); ++v) {
+            const auto values = std::span(row).subspan(at(v) * kFeatureDim, kFeatureDim);
+            map.unmap_change(v, values);
+            Eigen::Map<Eigen::Vector3f>(values.data()) = spins[at(k)][at(v)].cast<float>();
+            if (std::ranges::all_of(values, [](float x) { return x == 0; })) continue;
+            column.vertices.push_back(v);
+            column.values.insert(column.values.end(), values.begin(), values.end());
+        }
+    });
+    return columns;
 }
 
 std::vector<int> TurningComponents::vertices_of(int k) const {
@@ -126,7 +168,7 @@ int TurningComponents::most_turning(int k) const {
     const std::vector<float> values = turns_.component(k);
     const std::vector<int>& edges = turns_.balls()[at(k)].vertices;
     float most = 0;
-    int vertex = 0;
+    int vertex = -1;
     for (std::size_t n = 0; n < edges.size(); ++n) {
         const float square =
             Eigen::Map<const Eigen::Vector3f>(values.data() + 3 * n).squaredNorm();
@@ -137,14 +179,63 @@ int TurningComponents::most_turning(int k) const {
     return vertex;
 }
 
-TurningComponents turning_components(const TurningShapes& shapes, const MatrixXd& codes,
-                                     const TriangleMesh& mesh) {
-    const BallComponents first = unit_components(shapes.turns(), codes, kLeastTurn);
-    const MatrixXd fitted = JointCodes(first).solve(products(first, shapes.turns())).transpose();
-    BallComponents turns = unit_components(shapes.turns(), fitted, kLeastTurn);
-    const MatrixXd last = JointCodes(turns).solve(products(turns, shapes.turns())).transpose();
+/// A unit is where it turns and stretches, and not where it carries what lies beyond.
+std::vector<ComponentPlace> TurningComponents::places() const {
+    std::vector<ComponentPlace> places;
+    for (int k = 0; k < count(); ++k) {
+        const Ball& stretch = stretches_.balls()[at(k)];
+        std::vector<int> both;
+        std::ranges::set_union(vertices_of(k), stretch.vertices, std::back_inserter(both));
+        const int most = most_turning(k);
+        const int center = most >= 0 ? most : stretch.center;
+        places.push_back({center, center, static_cast<int>(both.size())});
+    }
+    return places;
+}
+
+namespace {
+
+/// Where components stretch: A by its length, Q where the component turns; where that would be more
+/// than half as many as there are shapes, A alone.
+std::vector<Ball> stretch_balls(const MetricRows& stretches, const MatrixXd& codes,
+                                const std::vector<std::vector<int>>& turned) {
+    std::vector<Ball> balls = unit_components(stretches, codes, kLeastTurnPart).balls();
+    const std::size_t count = balls.size();
+    std::vector<int> acting(at(stretches.vertex_count()), 0);
+    for (const Ball& ball : balls) {
+        for (const int v : ball.vertices) ++acting[at(v)];
+    }
+    for (const std::vector<int>& vertices : turned) {
+        for (const int v : vertices) ++acting[at(v)];
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+        Ball ball{balls[k].center, {}};
+        for (const int v : turned[k]) {
+            if (2 * acting[at(v)] <= stretches.shape_count()) ball.vertices.push_back(v);
+        }
+        balls.push_back(std::move(ball));
+    }
+    return balls;
+}
+
+}  // namespace
+
+TurningComponents turning_components(const TurningShapes& shapes, const MetricRows& stretches,
+                                     const MatrixXd& codes, const TriangleMesh& mesh) {
+    const auto codes_on = [&](const BallComponents& turns) {
+        return MatrixXd(JointCodes(turns).solve(products(turns, shapes.turns())).transpose());
+    };
+    const BallComponents first = unit_components(shapes.turns(), codes, kLeastTurnPart);
+    BallComponents turns = unit_components(shapes.turns(), codes_on(first), kLeastTurnPart);
+    const MatrixXd last = codes_on(turns);
     MatrixXd roots = last.completeOrthogonalDecomposition().solve(shapes.roots());
-    return {TurnField(mesh, shapes.field().roots()), std::move(turns), std::move(roots)};
+    TurningComponents found(TurnField(mesh, shapes.field().roots()), std::move(turns),
+                            std::move(roots), {});
+    std::vector<std::vector<int>> turned;
+    for (int k = 0; k < found.count(); ++k) turned.push_back(found.vertices_of(k));
+    found.set_stretches(fitted_components(stretches, with_squares(last),
+                                          stretch_balls(stretches, last, turned)));
+    return found;
 }
 
 }  // namespace mscomp

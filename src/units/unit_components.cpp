@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 #include "multiscale/joint_codes.h"
 #include "multiscale/vertex_loops.h"
@@ -105,6 +106,11 @@ BallComponents unit_components(const MetricRows& rows, const MatrixXd& codes, do
             if (lengths(v, k) > least * most) balls[at(k)].vertices.push_back(v);
         }
     }
+    return fitted_components(rows, codes, std::move(balls));
+}
+
+BallComponents fitted_components(const MetricRows& rows, const MatrixXd& codes,
+                                 std::vector<Ball> balls) {
     BallComponents components(rows.vertex_count(), std::move(balls), rows.width());
     for_vertices(rows.vertex_count(), [&](int v) {
         const auto acting = components.at_vertex(v);

@@ -22,6 +22,10 @@ inline constexpr double kLeastLength = 0.05;
 BallComponents unit_components(const MetricRows& rows, const Eigen::MatrixXd& codes,
                                double least = kLeastLength);
 
+/// Components where balls say, by least squares on fixed codes (N,K) at every vertex.
+BallComponents fitted_components(const MetricRows& rows, const Eigen::MatrixXd& codes,
+                                 std::vector<Ball> balls);
+
 /// What joint codes leave of the squares of a shape, mean over the shapes.
 double squares_left(const MetricRows& rows, const BallComponents& components);
 

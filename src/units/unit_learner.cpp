@@ -7,7 +7,6 @@
 #include <chrono>
 #include <numeric>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "mscomp/base/error.h"
@@ -36,14 +35,14 @@ ComponentTrust trust_of(const FoundUnits& found, int k) {
 }
 
 /// (V) squares of the features that a unit changes where its code is farthest from 0.
-Eigen::VectorXd squares_of_unit(const TurningComponents& turning, const BallComponents& stretches,
-                                const MatrixXd& codes, Eigen::Index k) {
+Eigen::VectorXd squares_of_unit(const TurningComponents& turning, const MatrixXd& codes,
+                                Eigen::Index k) {
     Eigen::Index end = 0;
     codes.col(k).cwiseAbs().maxCoeff(&end);
-    std::vector<float> one(at(turning.turns().count()), 0.0F);
+    std::vector<float> one(at(turning.count()), 0.0F);
     one[at(static_cast<int>(k))] = static_cast<float>(codes(end, k));
     const std::vector<Eigen::Vector3d> rotations = turning.rotations(one);
-    const std::vector<float> stretched = weighted_sum(stretches, one);
+    const std::vector<float> stretched = turning.stretched(one);
     Eigen::VectorXd squares(std::ssize(rotations));
     for (std::size_t v = 0; v < rotations.size(); ++v) {
         squares[static_cast<Eigen::Index>(v)] =
@@ -206,26 +205,22 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
         for (int m = 0; m < rows.shape_count(); ++m) rows.set(i, m, 0);
     }
     const auto fitted = [&](const std::vector<int>& which) {
-        TurningComponents turning = turning_components(
-            shapes, columns_of(found.units.codes, which), model_.mesh());
-        MatrixXd codes =
-            JointCodes(turning.turns()).solve(products(turning.turns(), shapes.turns()));
-        codes.transposeInPlace();
-        BallComponents stretches = unit_components(rows, codes);
-        return std::tuple{std::move(turning), std::move(stretches), std::move(codes)};
+        return turning_components(shapes, rows, columns_of(found.units.codes, which),
+                                  model_.mesh());
     };
-    std::vector<double> squares;
-    for (Eigen::Index k = 0; k < found.units.codes.cols(); ++k) {
-        // The strongest were taken first.
-        squares.push_back(-static_cast<double>(k));
+    // The strongest were taken first.
+    std::vector<int> which(at(found.units.count()));
+    std::iota(which.begin(), which.end(), 0);
+    if (settings_.components > 0 && std::ssize(which) > settings_.components) {
+        which.resize(at(settings_.components));
     }
-    const std::vector<int> which = strongest(squares);
-    const auto [turning, stretches, codes] = fitted(which);
+    const TurningComponents turning = fitted(which);
+    const MatrixXd codes = turning.codes_of(shapes.turns());
     std::vector<double> moved;
     std::vector<int> supports;
     MatrixXd squares_at(model_.vertex_count(), std::ssize(which));
     for (Eigen::Index k = 0; k < squares_at.cols(); ++k) {
-        squares_at.col(k) = squares_of_unit(turning, stretches, codes, k);
+        squares_at.col(k) = squares_of_unit(turning, codes, k);
         moved.push_back(squares_at.col(k).sum());
         const double least = kLeastMoved * kLeastMoved * squares_at.col(k).maxCoeff();
         supports.push_back(static_cast<int>((squares_at.col(k).array() > least).count()));
@@ -247,9 +242,9 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
         }
         parents.push_back(best);
     }
-    auto [last_turning, last_stretches, last_codes] = fitted(ordered);
-    model_.set_units({std::move(last_stretches), order.levels, std::move(trust),
-                      std::move(last_turning), std::move(parents)});
+    const std::vector<Ball> nothing(ordered.size());
+    model_.set_units({BallComponents(model_.vertex_count(), nothing), order.levels,
+                      std::move(trust), fitted(ordered), std::move(parents)});
 }
 
 EpochReport UnitLearner::run_epoch() {

@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -23,6 +21,7 @@ constexpr const char* kVotes = "units/votes";        // (K)
 constexpr const char* kAgain = "units/found_again";  // (K) part of the subsets
 constexpr const char* kHeldOut = "units/held_out";    // (K) correlation
 constexpr const char* kTurns = "turns";               // components of relative rotations
+constexpr const char* kStretches = "stretches";       // of features, twice as many
 constexpr const char* kRoots = "turns/roots";         // (P) vertices
 constexpr const char* kOfRoots = "turns/of_roots";    // (K,P,3) their rotation vectors
 
@@ -64,10 +63,11 @@ CodeTable UnitModel::encode(const ShapeSet& shapes, std::span<const int> which) 
 }
 
 std::vector<float> UnitModel::decode(std::span<const float> codes, int levels) const {
-    std::vector<float> row = BallModel::decode(codes, levels);
-    if (!turning_) return row;
+    if (!turning_) return BallModel::decode(codes, levels);
     std::vector<float> used(codes.begin(), codes.end());
     std::fill(used.begin() + codes_of_levels(levels), used.end(), 0.0F);
+    std::vector<float> row = turning_->stretched(used);
+    map().unmap(row);
     const std::vector<Eigen::Vector3d> rotations = turning_->rotations(used);
     for (std::size_t v = 0; v < rotations.size(); ++v) {
         Eigen::Map<Eigen::Vector3f>(row.data() + v * kFeatureDim) = rotations[v].cast<float>();
@@ -85,47 +85,11 @@ std::vector<float> UnitModel::change(std::span<const float> codes,
 }
 
 std::vector<CodeColumn> UnitModel::derivatives(std::span<const float> codes) const {
-    std::vector<CodeColumn> stretches = BallModel::derivatives(codes);
-    if (!turning_) return stretches;
-    const auto spins = turning_->derivatives(codes);
-    std::vector<CodeColumn> columns;
-    for (std::size_t k = 0; k < spins.size(); ++k) {
-        CodeColumn column;
-        const CodeColumn& stretch = stretches[k];
-        std::size_t next = 0;  // of the vertices that it stretches
-        for (std::size_t v = 0; v < spins[k].size(); ++v) {
-            std::array<float, kFeatureDim> values{};
-            const bool stretches_here =
-                next < stretch.vertices.size() && at(stretch.vertices[next]) == v;
-            if (stretches_here) {
-                std::copy_n(stretch.values.begin() +
-                                static_cast<std::ptrdiff_t>(kFeatureDim * next++),
-                            kFeatureDim, values.begin());
-            }
-            Eigen::Map<Eigen::Vector3f>(values.data()) = spins[k][v].cast<float>();
-            if (std::ranges::all_of(values, [](float x) { return x == 0; })) continue;
-            column.vertices.push_back(static_cast<int>(v));
-            column.values.insert(column.values.end(), values.begin(), values.end());
-        }
-        columns.push_back(std::move(column));
-    }
-    return columns;
+    return turning_ ? turning_->derivatives(codes, map()) : BallModel::derivatives(codes);
 }
 
-/// A unit that turns is where its edges are, and not where it carries what lies beyond.
 std::vector<ComponentPlace> UnitModel::places() const {
-    std::vector<ComponentPlace> places = BallModel::places();
-    if (!turning_) return places;
-    for (std::size_t k = 0; k < places.size(); ++k) {
-        const std::vector<int> turned = turning_->vertices_of(static_cast<int>(k));
-        const std::vector<int>& stretched = components().balls()[k].vertices;
-        std::vector<int> both;
-        std::ranges::set_union(turned, stretched, std::back_inserter(both));
-        places[k].support = static_cast<int>(both.size());
-        if (turned.empty()) continue;
-        places[k].center = places[k].longest = turning_->most_turning(static_cast<int>(k));
-    }
-    return places;
+    return turning_ ? turning_->places() : BallModel::places();
 }
 
 std::unique_ptr<Learner> UnitModel::learner(const ShapeSet& shapes, std::span<const int> train) {
@@ -147,6 +111,7 @@ void UnitModel::save(StoredArrays& arrays) const {
     arrays.keep<double>(kHeldOut, {code_count()}, std::move(held_out));
     if (!turning_) return;
     keep_components(kTurns, turning_->turns(), arrays);
+    keep_components(kStretches, turning_->stretches(), arrays);
     const std::vector<int>& roots = turning_->field().roots();
     arrays.keep<int>(kRoots, {std::ssize(roots)}, roots);
     const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> of_roots =
@@ -162,13 +127,20 @@ std::optional<TurningComponents> UnitModel::load_turning(const SafetensorsFile& 
     try {
         TurnField field(reference(), {roots.begin(), roots.end()});
         BallComponents turns = stored_components(file, kTurns, field.edge_count(), kRotationDim);
+        BallComponents stretches =
+            stored_components(file, kStretches, vertex_count(), kFeatureDim);
+        if (stretches.count() != 2 * turns.count()) {
+            throw CheckpointError(file.path(), fmt::format("{} stretches of {} turning units",
+                                                           stretches.count(), turns.count()));
+        }
         const auto of_roots =
             file.data<double>(kOfRoots, {turns.count(), std::ssize(roots), kRotationDim});
         Eigen::MatrixXd values(turns.count(), kRotationDim * std::ssize(roots));
         for (Eigen::Index i = 0; i < values.size(); ++i) {
             values(i / values.cols(), i % values.cols()) = of_roots[at(i)];
         }
-        return TurningComponents(std::move(field), std::move(turns), std::move(values));
+        return TurningComponents(std::move(field), std::move(turns), std::move(values),
+                                 std::move(stretches));
     } catch (const UsageError& error) {
         throw CheckpointError(file.path(), error.what());
     }

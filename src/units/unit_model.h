@@ -14,9 +14,7 @@ namespace mscomp {
 
 /// Units on one level or two.
 struct UnitParts {
-    /// Of rows as the map of the model has them; of turning units how they stretch, their rotations
-    /// zero.
-    BallComponents components;
+    BallComponents components;  // of mapped rows; without anything where they turn
     std::vector<int> levels;  // units on each, in the order of the components
     std::vector<ComponentTrust> trust;
     std::optional<TurningComponents> turning;  // where they are of relative rotations
