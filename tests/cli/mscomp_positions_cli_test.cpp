@@ -13,6 +13,7 @@
 #include "base/temporary_folder.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/generate/generate.h"
 #include "run/run_cases.h"
 
 namespace mscomp {
@@ -62,6 +63,20 @@ TEST_F(PcaCommands, TrainsAndEvaluates) {
     EXPECT_GE(test["features"]["by_components"][0]["rms_error"].get<double>(),
               test["features"]["by_components"][1]["rms_error"].get<double>());
     EXPECT_TRUE(fs::exists(folder_ / "measures/errors.png"));
+}
+
+// Where a component acts is seen in the features of the shape that it makes.
+TEST_F(PcaCommands, LieWhereTheTruthDoes) {
+    write_generated(generate_arm(11, 3, 300), folder_ / "arm");
+    const json truth = json::parse(run("mscomp evaluate pca.run --split all --truth arm/truth.json "
+                                       "--fit features --quiet --json"))
+                           .at("truth");
+    EXPECT_EQ(truth["by_overlap"]["list"].size(), 12u);
+    EXPECT_TRUE(truth["by_overlap"]["coarse"]["at_scale"].is_null()) << "of one level";
+    EXPECT_GT(truth["by_overlap"]["coarse"]["iou"], 0.5);
+    for (const json& row : truth["features"]["list"]) {
+        EXPECT_GT(row["best"]["iou"], 0) << row["unit"];
+    }
 }
 
 // Where codes do not decode to features there are no joint codes to fit to them.

@@ -174,28 +174,20 @@ void print_units(const ordered_json& report) {
     }
 }
 
-/// "IoU 0.61 (soft 0.52), 4 of 5 on a coarse level".
-std::string scale_text(const ordered_json& scale, const char* name) {
-    std::string text = fmt::format("IoU {} (soft {})", number(scale["iou"], "{:.2f}"),
-                                   number(scale["soft_iou"], "{:.2f}"));
-    if (!scale["at_scale"].is_null()) {
-        text += fmt::format(", {} of {} on a {} level", scale["at_scale"].get<int>(),
-                            scale["components"].get<int>(), name);
-    }
-    return text;
-}
-
 void print_scales(const ordered_json& matches, const std::string& label) {
     for (const char* name : {"coarse", "fine"}) {
         const ordered_json& scale = matches[name];
-        if (scale["components"] == 0) continue;
-        print_out("  {:<24}{:>3} {:<7}{}", label, scale["components"].get<int>(), name,
-                  scale_text(scale, name));
-        if (scale.contains("correlation")) {
-            print_out(", |correlation| {}, {} matched", number(scale["correlation"], "{:.2f}"),
-                      scale["matched_one_to_one"].get<int>());
-        }
-        print_out("\n");
+        const int count = scale["components"];
+        if (count == 0) continue;
+        const auto of_all = [&](const char* key) {
+            return !scale.contains(key) || scale[key].is_null()
+                       ? std::string("-")
+                       : fmt::format("{} of {}", scale[key].get<int>(), count);
+        };
+        print_out("  {:<24}{:>8}{:>8}{:>8}{:>12}{:>10}{:>12}\n", label, name,
+                  number(scale["iou"], "{:.2f}"), number(scale["soft_iou"], "{:.2f}"),
+                  of_all("at_scale"), number(scale.value("correlation", ordered_json()), "{:.2f}"),
+                  of_all("matched_one_to_one"));
     }
 }
 
@@ -208,13 +200,16 @@ std::string cell(const ordered_json& match) {
 void print_truth(const ordered_json& report) {
     if (!report.contains("truth")) return;
     const ordered_json& truth = report["truth"];
-    print_out("\n{} true components, {} of them vary over these shapes, each beside one found\n",
-              truth["components"].get<int>(), truth["varying"].get<int>());
+    print_out(
+        "\n{} true components, {} of them vary over these shapes, each beside one found, means\n",
+        truth["components"].get<int>(), truth["varying"].get<int>());
+    print_out("  {:<24}{:>8}{:>8}{:>8}{:>12}{:>10}{:>12}\n", "", "", "IoU", "soft", "at scale",
+              "|corr.|", "matched");
     print_scales(truth["by_overlap"], "by overlap");
-    for (const std::string& fit : fits_of(report)) print_scales(truth[fit], fit + " fit, weights");
+    for (const std::string& fit : fits_of(report)) print_scales(truth[fit], "by codes, " + fit);
     const std::string first = fits_of(report).front();
     print_out("  {:<24}{:>8}{:>12}{:>6}{:>8}{:>12}{:>6}{:>8}\n", "", "", "by overlap", "IoU",
-              "|corr.|", "by weights", "IoU", "|corr.|");
+              "|corr.|", "by codes", "IoU", "|corr.|");
     for (const ordered_json& row : truth[first]["list"]) {
         const ordered_json& one = row["one_to_one"];
         const ordered_json& overlapping = row["by_overlap"];
