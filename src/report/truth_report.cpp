@@ -163,8 +163,10 @@ ordered_json TruthReport::by_correlation(std::span<const int> shapes,
         entry["best"].update(component_json(truth, matches.best[u].code));
         entry["one_to_one"].update(component_json(truth, matches.one_to_one[u].code));
         const int overlapping = overlaps_.one_to_one[u];
-        entry["by_overlap"] = component_json(truth, overlapping);
-        entry["by_overlap"]["correlation"] = overlapping < 0 ? 0.0 : matches.at(overlapping, truth);
+        ordered_json by_overlap = component_json(truth, overlapping);
+        const double correlation = overlapping < 0 ? 0.0 : matches.at(overlapping, truth);
+        by_overlap["correlation"] = correlation;
+        entry["by_overlap"] = by_overlap;
         found.push_back({matches.one_to_one[u].code, matches.one_to_one[u].correlation});
     }
     for (std::size_t scale = 0; scale < kScaleNames.size(); ++scale) {

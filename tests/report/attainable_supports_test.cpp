@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the overlap with true supports can be at all: components by least squares on the true
 // weights of generated sets. `--gtest_output=xml` has the figures of docs/results.md.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -126,10 +127,11 @@ class AttainableSupports : public testing::TestWithParam<GeneratedSet> {
     }
 
     /// Mean IoU of all components of a scale with their truths.
-    double mean_iou(const std::vector<std::vector<float>>& components, int scale) const {
+    double mean_iou(const std::vector<std::vector<float>>& components, int scale,
+                    double threshold = kSupportThreshold) const {
         const SupportMatches matches = support_matches(
             std::vector<std::span<const float>>(components.begin(), components.end()),
-            set_.supports, vertices_);
+            set_.supports, vertices_, threshold);
         double sum = 0, count = 0;
         for (int k = 0; k < set_.component_count(); ++k) {
             if (set_.scales[at(k)] != scale) continue;
@@ -167,10 +169,17 @@ TEST_P(AttainableSupports, TrueWeightsFindThem) {
     const auto world = of_features(), relative = of_relative_rotations();
     const std::vector<double> iou{mean_iou(world, 0), mean_iou(world, 1), mean_iou(relative, 0),
                                   mean_iou(relative, 1)};
-    RecordProperty("world_coarse", std::to_string(iou[0]));
-    RecordProperty("world_fine", std::to_string(iou[1]));
-    RecordProperty("relative_coarse", std::to_string(iou[2]));
-    RecordProperty("relative_fine", std::to_string(iou[3]));
+    RecordProperty("world_coarse", fmt::format("{:.3f}", iou[0]));
+    RecordProperty("world_fine", fmt::format("{:.3f}", iou[1]));
+    RecordProperty("relative_coarse", fmt::format("{:.3f}", iou[2]));
+    RecordProperty("relative_fine", fmt::format("{:.3f}", iou[3]));
+    for (const double threshold : {0.05, 0.2, 0.3}) {
+        for (const int scale : {0, 1}) {
+            RecordProperty(
+                fmt::format("relative_{}_at_{}", scale == 0 ? "coarse" : "fine", threshold),
+                fmt::format("{:.3f}", mean_iou(relative, scale, threshold)));
+        }
+    }
     EXPECT_GT(iou[2], 0.7);
     EXPECT_GT(iou[3], 0.45);
     if (GetParam().name != std::string("arm")) return;

@@ -200,9 +200,8 @@ std::string cell(const ordered_json& match) {
 void print_truth(const ordered_json& report) {
     if (!report.contains("truth")) return;
     const ordered_json& truth = report["truth"];
-    print_out(
-        "\n{} true components, {} of them vary over these shapes, each beside one found, means\n",
-        truth["components"].get<int>(), truth["varying"].get<int>());
+    print_out("\n{} true components, {} of them vary over these shapes; means\n",
+              truth["components"].get<int>(), truth["varying"].get<int>());
     print_out("  {:<24}{:>8}{:>8}{:>8}{:>12}{:>10}{:>12}\n", "", "", "IoU", "soft", "at scale",
               "|corr.|", "matched");
     print_scales(truth["by_overlap"], "by overlap");
