@@ -40,11 +40,16 @@ TEST(SupportOverlap, IsOneOfTheSameAndDoesNotSeeSize) {
 
 TEST(SupportOverlap, OfNothingOrWhatIsNotFiniteIsNone) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    for (const double x : {0.0, nan, std::numeric_limits<double>::infinity()}) {
-        const std::vector<double> bad{x, 0, 0, 0, 0};
-        EXPECT_EQ(support_overlap(bad, kTrue).iou, 0) << x;
-        EXPECT_EQ(support_overlap(kTrue, bad).soft_iou, 0) << x;
-        EXPECT_EQ(std::ranges::count(support_of(bad), 1), 0) << x;
+    for (const std::vector<double>& bad : {std::vector<double>(5, 0.0),
+                                           {0, 1, 1, 0, nan},
+                                           {nan, 1, 1, 0, 0},
+                                           {0, 1, 1, 0, std::numeric_limits<double>::infinity()}}) {
+        for (const SupportOverlap& overlap :
+             {support_overlap(bad, kTrue), support_overlap(kTrue, bad)}) {
+            EXPECT_EQ(overlap.iou, 0) << testing::PrintToString(bad);
+            EXPECT_EQ(overlap.soft_iou, 0) << testing::PrintToString(bad);
+        }
+        EXPECT_EQ(std::ranges::count(support_of(bad), 1), 0) << testing::PrintToString(bad);
     }
 }
 
