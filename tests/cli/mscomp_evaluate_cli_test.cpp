@@ -582,7 +582,7 @@ TEST_F(MscompEvaluate, TruthsOfFramesAreToldByTheirNames) {
     EXPECT_EQ(found["varying"], report["units"]["varying"]);
     for (const char* fit : {"features", "vertices"}) {
         EXPECT_EQ(found[fit]["matched"], report["units"][fit]["matched"]);
-        double iou[2] = {0, 0};
+        double iou[2] = {0, 0}, correlation[2] = {0, 0};
         for (std::size_t u = 0; u < 12; ++u) {
             const json& told = found[fit]["list"][u];
             const json& unit = report["units"][fit]["list"][u];
@@ -592,9 +592,15 @@ TEST_F(MscompEvaluate, TruthsOfFramesAreToldByTheirNames) {
                 EXPECT_EQ(told[match]["correlation"], unit[match]["correlation"]);
             }
             iou[u < 5 ? 0 : 1] += told["one_to_one"]["iou"].get<double>();
+            correlation[u < 5 ? 0 : 1] += told["one_to_one"]["correlation"].get<double>();
         }
         EXPECT_NEAR(found[fit]["coarse"]["iou"], iou[0] / 5, 1e-12);
         EXPECT_NEAR(found[fit]["fine"]["iou"], iou[1] / 7, 1e-12);
+        EXPECT_NEAR(found[fit]["coarse"]["correlation"], correlation[0] / 5, 1e-12);
+        EXPECT_NEAR(found[fit]["fine"]["correlation"], correlation[1] / 7, 1e-12);
+        EXPECT_EQ(found[fit]["coarse"]["matched_one_to_one"].get<int>() +
+                      found[fit]["fine"]["matched_one_to_one"].get<int>(),
+                  report["units"][fit]["matched_one_to_one"]);
     }
     std::reverse(truth["frames"].begin(), truth["frames"].end());
     std::reverse(truth["weights"].begin(), truth["weights"].end());
