@@ -59,26 +59,14 @@ std::vector<UnitMatch> best_codes(const UnitMatches& matches) {
     return best;
 }
 
-std::vector<UnitMatch> greedy_pairs(const UnitMatches& matches) {
-    std::vector<UnitMatch> pairs(at(matches.unit_count));
-    std::vector<bool> is_taken(at(matches.code_count));
-    const int rounds = std::min(matches.code_count, matches.unit_count);
-    for (int round = 0; round < rounds; ++round) {
-        int unit = -1;
-        UnitMatch found;
-        for (int u = 0; u < matches.unit_count; ++u) {
-            if (pairs[at(u)].code >= 0) continue;
-            for (int k = 0; k < matches.code_count; ++k) {
-                if (is_taken[at(k)]) continue;
-                if (unit >= 0 && matches.at(k, u) <= found.correlation) continue;
-                unit = u;
-                found = {k, matches.at(k, u)};
-            }
-        }
-        pairs[at(unit)] = found;
-        is_taken[at(found.code)] = true;
+std::vector<UnitMatch> one_to_one_of(const UnitMatches& matches) {
+    const std::vector<int> pairs =
+        greedy_pairs(matches.correlation, matches.code_count, matches.unit_count);
+    std::vector<UnitMatch> result(pairs.size());
+    for (std::size_t u = 0; u < pairs.size(); ++u) {
+        if (pairs[u] >= 0) result[u] = {pairs[u], matches.at(pairs[u], static_cast<int>(u))};
     }
-    return pairs;
+    return result;
 }
 
 int count_reaching(const std::vector<UnitMatch>& matches, double threshold) {
@@ -88,6 +76,30 @@ int count_reaching(const std::vector<UnitMatch>& matches, double threshold) {
 }
 
 }  // namespace
+
+std::vector<int> greedy_pairs(std::span<const double> table, int rows, int columns) {
+    std::vector<int> pairs(at(columns), -1);
+    std::vector<bool> is_taken(at(rows));
+    const auto entry = [&](int row, int column) {
+        return table[at(row) * at(columns) + at(column)];
+    };
+    for (int round = 0; round < std::min(rows, columns); ++round) {
+        int best_column = -1, best_row = -1;
+        for (int column = 0; column < columns; ++column) {
+            if (pairs[at(column)] >= 0) continue;
+            for (int row = 0; row < rows; ++row) {
+                if (is_taken[at(row)]) continue;
+                if (best_column >= 0 && entry(row, column) <= entry(best_row, best_column))
+                    continue;
+                best_column = column;
+                best_row = row;
+            }
+        }
+        pairs[at(best_column)] = best_row;
+        is_taken[at(best_row)] = true;
+    }
+    return pairs;
+}
 
 UnitMatches correlation_table(std::span<const double> codes, std::span<const double> weights,
                               int shape_count, double threshold) {
@@ -106,7 +118,7 @@ UnitMatches correlation_table(std::span<const double> codes, std::span<const dou
     }
     matches.best = best_codes(matches);
     matches.matched = count_reaching(matches.best, threshold);
-    matches.one_to_one = greedy_pairs(matches);
+    matches.one_to_one = one_to_one_of(matches);
     matches.matched_one_to_one = count_reaching(matches.one_to_one, threshold);
     return matches;
 }

@@ -25,6 +25,7 @@
 #include "mscomp/eval/shape_measures.h"
 #include "mscomp/run/fits.h"
 #include "mscomp/run/shape_decoder.h"
+#include "truth_report.h"
 
 namespace mscomp {
 namespace {
@@ -130,6 +131,7 @@ class Evaluation {
           undeformed_pieces_(reference()) {
         shapes_ = shapes_of_split(run_, file_, split_);
         if (!options.units.empty()) units_.emplace(options.units, file_.shape_count());
+        if (!options.truth.empty()) truth_.emplace(options.truth, file_, run_, components_);
         for (const Fit fit : asked_) {
             fits_.push_back({fit, ShapeMeasures(reference(), order_of(options, run_)),
                              PieceRmsError(reference())});
@@ -193,6 +195,7 @@ class Evaluation {
         report["reference"] = total_json(undeformed_, undeformed_pieces_);
         if (!options_.handles.empty()) report["by_handles"] = by_handles_.errors().json();
         if (units_) report["units"] = units_json();
+        if (truth_) report["truth"] = truth_json();
         report["worst"] = worst_json();
         report["per_shape"] = shapes_json();
         report["component_list"] = of_components.list;
@@ -240,6 +243,14 @@ class Evaluation {
                             {"threshold", KnownUnits::kThreshold}};
         for (const MeasuredFit& fit : fits_) {
             result[name_of(fit.fit)] = units_->matches(shapes_, fit.codes, components_);
+        }
+        return result;
+    }
+
+    ordered_json truth_json() const {
+        ordered_json result = truth_->by_overlap(shapes_);
+        for (const MeasuredFit& fit : fits_) {
+            result[name_of(fit.fit)] = truth_->by_correlation(shapes_, fit.codes);
         }
         return result;
     }
@@ -295,6 +306,7 @@ class Evaluation {
     ShapeDecoder decoder_;
     std::vector<int> shapes_;
     std::optional<KnownUnits> units_;
+    std::optional<TruthReport> truth_;
     std::vector<MeasuredFit> fits_;  // those asked for
     ShapeMeasures undeformed_;       // of the reference as the result for every shape
     PieceRmsError undeformed_pieces_;

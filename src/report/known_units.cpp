@@ -14,7 +14,6 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/file_kind.h"
 #include "mscomp/base/index.h"
-#include "mscomp/eval/unit_matches.h"
 
 namespace mscomp {
 namespace {
@@ -96,16 +95,18 @@ int KnownUnits::varying_count(std::span<const int> shapes) const {
     return count;
 }
 
-nlohmann::ordered_json KnownUnits::matches(std::span<const int> shapes,
-                                           std::span<const double> codes,
-                                           const std::vector<Component>& components) const {
+UnitMatches KnownUnits::correlations(std::span<const int> shapes,
+                                     std::span<const double> codes) const {
     std::vector<double> weights;
     for (const int shape : shapes) {
         const std::span<const double> row = of_shape(shape);
         weights.insert(weights.end(), row.begin(), row.end());
     }
-    const UnitMatches found =
-        correlation_table(codes, weights, static_cast<int>(shapes.size()), kThreshold);
+    return correlation_table(codes, weights, static_cast<int>(shapes.size()), kThreshold);
+}
+
+nlohmann::ordered_json KnownUnits::matches(const UnitMatches& found,
+                                           const std::vector<Component>& components) const {
     const auto described = [&](const UnitMatch& match) {
         nlohmann::ordered_json id = nullptr;
         if (match.code >= 0) id = components[at(match.code)].id;

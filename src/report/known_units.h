@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "mscomp/eval/unit_matches.h"
 #include "mscomp/model/components.h"
 
 namespace mscomp {
@@ -19,6 +21,10 @@ class KnownUnits {
     /// with the line: not numbers, rows of different length, another number of rows.
     KnownUnits(const std::string& path, int shape_count);
 
+    /// Weights (N,U) that are there already.
+    KnownUnits(std::vector<std::string> names, std::vector<double> weights)
+        : names_(std::move(names)), weights_(std::move(weights)) {}
+
     int unit_count() const { return static_cast<int>(names_.size()); }
     /// Names of the units, their column counted from 0 where the file has none.
     const std::vector<std::string>& names() const { return names_; }
@@ -29,11 +35,17 @@ class KnownUnits {
     int varying_count(std::span<const int> shapes) const;
     /// |correlation| from which on a unit counts as matched.
     static constexpr double kThreshold = 0.9;
-    /// Which units the codes (n,K) of n `shapes` tell: "matched", "matched_one_to_one" and a "list"
+    /// How well the codes (n,K) of n `shapes` tell the units.
+    UnitMatches correlations(std::span<const int> shapes, std::span<const double> codes) const;
+    /// Which units they tell: "matched", "matched_one_to_one" and a "list"
     /// with the best component of each unit (eval/unit_matches.h). A code belongs to the component
     /// of the same index.
-    nlohmann::ordered_json matches(std::span<const int> shapes, std::span<const double> codes,
+    nlohmann::ordered_json matches(const UnitMatches& found,
                                    const std::vector<Component>& components) const;
+    nlohmann::ordered_json matches(std::span<const int> shapes, std::span<const double> codes,
+                                   const std::vector<Component>& components) const {
+        return matches(correlations(shapes, codes), components);
+    }
 
   private:
     std::vector<std::string> names_;  // (U)

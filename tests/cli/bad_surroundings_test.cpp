@@ -64,6 +64,7 @@ std::vector<std::vector<std::string>> commands_with(const std::string& path) {
             {"mscomp", "evaluate", path},
             {"mscomp", "evaluate", "run", path},
             {"mscomp", "evaluate", "run", "--units", path},
+            {"mscomp", "evaluate", "run", "--truth", path},
             {"mscomp", "evaluate", "run", "-o", path, "--force"},
             {"mscomp", "sweep", path, "-o", "s"},
             {"mscomp", "sweep", "sweep.yaml", "-o", path, "--force"},

@@ -66,6 +66,8 @@ TEST_F(KeptInputs, AreNoOutputsUnderTheirOwnNames) {
     expect_kept({"mscomp", "evaluate", "parts/model.png", "-o", "parts"}, message);
     expect_kept({"mscomp", "evaluate", "run", "--units", "parts/units.csv", "-o", "parts"},
                 message);
+    expect_kept({"mscomp", "evaluate", "run", "--truth", "parts/units.csv", "-o", "parts"},
+                message);
     expect_kept({"mscomp", "sample", "parts/model.obj", "-n", "1", "-o", "parts"}, message);
     expect_kept({"mscomp", "synthesize", "model.ply", "--weight", "1=1", "-o", "model.ply"},
                 message);

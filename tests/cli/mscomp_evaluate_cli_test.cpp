@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,10 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/points.h"
+#include "mscomp/base/safetensors.h"
 #include "mscomp/eval/farthest_points.h"
 #include "mscomp/eval/measures.h"
+#include "mscomp/run/trained_run.h"
 
 namespace mscomp {
 namespace {
@@ -472,6 +475,167 @@ TEST_F(MscompEvaluate, KnownUnitsAreToldByTheirRows) {
         refused("evaluate run --units wrong.csv", 3, message);
     }
     refused("evaluate run --units nowhere.csv", 4, "nowhere.csv");
+}
+
+/// A truth.json beside its supports (U,V).
+void write_truth(const std::string& path, const json& truth, const std::vector<float>& supports) {
+    write_file(path, truth.dump());
+    SafetensorsWriter writer;
+    const auto count = static_cast<std::int64_t>(truth["names"].size());
+    writer.add<float>("supports", {count, static_cast<std::int64_t>(supports.size()) / count},
+                      supports);
+    writer.write(path.substr(0, path.size() - 5) + "_supports.safetensors");
+}
+
+// What has the weights of a component, and lies where it does, is found as this one, on its level.
+TEST_F(MscompEvaluate, ComponentsThatAreTheTruthAreFoundAsIt) {
+    TrainedRun run = open_run(path("run"));
+    const std::vector<Component> components = run.components();
+    const FeatureFile file(path("arm.safetensors"));
+    const auto vertices = static_cast<std::size_t>(file.vertex_count());
+    json truth{{"names", json::array()},
+               {"scales", json::array()},
+               {"frames", file.outline().names},
+               {"weights", std::vector<json>(16, json::array())}};
+    std::vector<float> supports;
+    std::vector<std::string> ids;
+    std::vector<int> per_level(2, 0);
+    // Backwards: their order must not be that of the components.
+    for (auto c = components.rbegin(); c != components.rend(); ++c) {
+        std::vector<float> lengths(vertices);
+        for (std::size_t v = 0; v < vertices; ++v) {
+            double square = 0;
+            for (std::size_t i = 9 * v; i < 9 * v + 9; ++i) {
+                square += std::pow(static_cast<double>(c->difference[i]), 2);
+            }
+            lengths[v] = static_cast<float>(std::sqrt(square));
+        }
+        const float most = *std::max_element(lengths.begin(), lengths.end());
+        const auto rests = std::count(lengths.begin(), lengths.end(), 0.0F);
+        if (!(most > 0) || 2 * rests < static_cast<std::ptrdiff_t>(vertices)) continue;
+        for (const float length : lengths) supports.push_back(length / most);
+        ids.push_back(c->id);
+        ++per_level[static_cast<std::size_t>(c->level)];
+        truth["names"].push_back("as " + c->id);
+        truth["scales"].push_back(c->level);
+        for (int n = 0, m = 0; n < 16; ++n) {
+            const bool is_trained = n % 3 == 0;
+            truth["weights"][static_cast<std::size_t>(n)].push_back(
+                is_trained ? static_cast<double>(
+                                 run.file.codes().shape(m++)[static_cast<std::size_t>(c->code)])
+                           : 7.0);
+        }
+    }
+    ASSERT_GE(per_level[0], 2);
+    ASSERT_GE(per_level[1], 2);
+    write_truth(path("planted.json"), truth, supports);
+    const json found =
+        evaluated("run --split train --fit features --truth planted.json").at("truth");
+    EXPECT_EQ(found["components"], ids.size());
+    EXPECT_EQ(found["varying"], ids.size());
+    for (std::size_t u = 0; u < ids.size(); ++u) {
+        const json& overlapping = found["by_overlap"]["list"][u];
+        EXPECT_EQ(overlapping["component"], ids[u]);
+        EXPECT_EQ(overlapping["iou"], 1) << ids[u];
+        EXPECT_NEAR(overlapping["soft_iou"], 1, 1e-5) << ids[u];
+        const json& told = found["features"]["list"][u];
+        EXPECT_EQ(told["one_to_one"]["component"], ids[u]);
+        EXPECT_NEAR(told["one_to_one"]["correlation"], 1, 1e-4) << ids[u];
+        EXPECT_EQ(told["one_to_one"]["iou"], 1) << ids[u];
+        EXPECT_EQ(told["by_overlap"]["component"], ids[u]);
+        EXPECT_EQ(told["by_overlap"]["correlation"], told["one_to_one"]["correlation"]);
+    }
+    for (const json& matches : {found["by_overlap"], found["features"]}) {
+        for (const std::size_t scale : {0U, 1U}) {
+            const json& of_scale = matches[scale == 0 ? "coarse" : "fine"];
+            std::vector<int> levels(2, 0);
+            levels[scale] = per_level[scale];
+            EXPECT_EQ(of_scale["components"], per_level[scale]);
+            EXPECT_EQ(of_scale["per_level"], json(levels));
+            EXPECT_EQ(of_scale["at_scale"], per_level[scale]);
+            EXPECT_EQ(of_scale["iou"], 1);
+        }
+    }
+    EXPECT_EQ(found["features"]["fine"]["matched_one_to_one"], per_level[1]);
+    EXPECT_NEAR(found["features"]["coarse"]["correlation"], 1, 1e-4);
+
+    // The other way round: what is coarse is called fine.
+    for (json& scale : truth["scales"]) scale = 1 - scale.get<int>();
+    write_truth(path("swapped.json"), truth, supports);
+    const json swapped =
+        evaluated("run --split train --fit features --truth swapped.json").at("truth");
+    EXPECT_EQ(swapped["by_overlap"]["coarse"]["at_scale"], 0);
+    EXPECT_EQ(swapped["by_overlap"]["coarse"]["per_level"], json({0, per_level[1]}));
+}
+
+// Weights are told by the same table as with --units; frames by their names, whatever their order.
+TEST_F(MscompEvaluate, TruthsOfFramesAreToldByTheirNames) {
+    json truth = json::parse(read_file(path("arm/truth.json")));
+    std::string csv;
+    for (const json& row : truth["weights"]) {
+        for (const json& weight : row) csv += weight.dump() + (&weight == &row.back() ? "\n" : ",");
+    }
+    write_file(path("weights.csv"), csv);
+    json report = evaluated("run --truth arm/truth.json --units weights.csv");
+    json& found = report["truth"];
+    EXPECT_EQ(found["components"], 12);
+    EXPECT_EQ(found["varying"], report["units"]["varying"]);
+    for (const char* fit : {"features", "vertices"}) {
+        EXPECT_EQ(found[fit]["matched"], report["units"][fit]["matched"]);
+        double iou[2] = {0, 0}, correlation[2] = {0, 0};
+        for (std::size_t u = 0; u < 12; ++u) {
+            const json& told = found[fit]["list"][u];
+            const json& unit = report["units"][fit]["list"][u];
+            EXPECT_EQ(told["unit"], truth["names"][u]);
+            for (const char* match : {"best", "one_to_one"}) {
+                EXPECT_EQ(told[match]["component"], unit[match]["component"]);
+                EXPECT_EQ(told[match]["correlation"], unit[match]["correlation"]);
+            }
+            iou[u < 5 ? 0 : 1] += told["one_to_one"]["iou"].get<double>();
+            correlation[u < 5 ? 0 : 1] += told["one_to_one"]["correlation"].get<double>();
+        }
+        EXPECT_NEAR(found[fit]["coarse"]["iou"], iou[0] / 5, 1e-12);
+        EXPECT_NEAR(found[fit]["fine"]["iou"], iou[1] / 7, 1e-12);
+        EXPECT_NEAR(found[fit]["coarse"]["correlation"], correlation[0] / 5, 1e-12);
+        EXPECT_NEAR(found[fit]["fine"]["correlation"], correlation[1] / 7, 1e-12);
+        EXPECT_EQ(found[fit]["coarse"]["matched_one_to_one"].get<int>() +
+                      found[fit]["fine"]["matched_one_to_one"].get<int>(),
+                  report["units"][fit]["matched_one_to_one"]);
+    }
+    std::reverse(truth["frames"].begin(), truth["frames"].end());
+    std::reverse(truth["weights"].begin(), truth["weights"].end());
+    fs::create_directories(path("turned"));
+    write_file(path("turned/truth.json"), truth.dump());
+    fs::copy_file(path("arm/truth_supports.safetensors"),
+                  path("turned/truth_supports.safetensors"));
+    json turned = evaluated("run --truth turned/truth.json").at("truth");
+    turned["file"] = found["file"];
+    EXPECT_EQ(turned, found);
+
+    const std::string text = ok(mscomp("evaluate run --quiet --truth arm/truth.json")).out;
+    for (const char* part : {"12 true components", "by overlap", "by codes, vertices", "coarse",
+                             " of 7", "ripple_forearm", "|corr.|"}) {
+        EXPECT_THAT(text, HasSubstr(part));
+    }
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+}
+
+TEST_F(MscompEvaluate, RefusesATruthOfSomethingElse) {
+    const json truth = json::parse(read_file(path("arm/truth.json")));
+    write_file(path("alone.json"), truth.dump());
+    refused("evaluate run --truth alone.json", 4, "alone_supports.safetensors");
+    write_truth(path("small.json"), truth, std::vector<float>(12 * 10));
+    refused("evaluate run --truth small.json", 3,
+            "small_supports.safetensors: tensor 'supports' has shape [12, 10], wanted [12, ");
+    json other = truth;
+    other["frames"][3] = "elsewhere";
+    write_truth(path("other.json"), other, std::vector<float>(12 * 10));
+    refused("evaluate run --truth other.json", 3,
+            "other.json: names no frame 'frame_0003', a shape of ");
+    write_file(path("none.json"), "{}");
+    refused("evaluate run --truth none.json", 3, "none.json: wanted an object with the lists");
+    refused("evaluate run --truth nowhere.json", 4, "nowhere.json");
 }
 
 TEST_F(MscompEvaluate, AnotherFileOfTheSameMeshIsTakenWhole) {

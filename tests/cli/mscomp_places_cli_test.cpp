@@ -15,6 +15,7 @@
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
 #include "mscomp/base/points.h"
+#include "mscomp/base/safetensors.h"
 #include "seamed_meshes.h"
 
 namespace mscomp {
@@ -148,6 +149,28 @@ TEST_F(PlacesCommands, AFarVertexWithoutAFaceChangesNoNumberAndNoPicture) {
     }
     EXPECT_EQ(evaluated("far/set.stacked-attention.run")["features"],
               evaluated("plain/set.stacked-attention.run")["features"]);
+    // A true component at one end, and what it says of the vertex that is on no surface.
+    for (const std::string of : {"plain", "far"}) {
+        std::vector<float> support(of == "far" ? 1 : 0, 1.0F);
+        for (const Point& p : tube.vertices) support.push_back(p[2] > 3 ? 1.0F : 0.0F);
+        SafetensorsWriter writer;
+        writer.add<float>("supports", {1, static_cast<std::int64_t>(support.size())}, support);
+        writer.write(folder_ / (of + "/truth_supports.safetensors"));
+        json truth{{"names", {"end"}}, {"scales", {0}}, {"frames", json::array()}};
+        for (int frame = 0; frame < 8; ++frame) {
+            truth["frames"].push_back("f" + std::to_string(frame));
+            truth["weights"].push_back({frame});
+        }
+        write_file(folder_ / (of + "/truth.json"), truth.dump());
+    }
+    const auto localised = [&](const std::string& of) {
+        return json::parse(run("mscomp evaluate " + of + "/set.stacked-attention.run --truth " +
+                               of + "/truth.json --fit features --quiet --json"))
+            .at("truth")
+            .at("by_overlap");
+    };
+    EXPECT_EQ(localised("far"), localised("plain"));
+    EXPECT_GT(localised("far").at("coarse").at("iou"), 0.3);
     for (const char* picture : {"/components/overview.png", "/sheet.png"}) {
         EXPECT_TRUE(read_file(folder_ / ("far" + std::string(picture))) ==
                     read_file(folder_ / ("plain" + std::string(picture))))

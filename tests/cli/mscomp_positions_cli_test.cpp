@@ -5,14 +5,18 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "base/temporary_folder.h"
 #include "mscomp/acap/mesh/mesh_io.h"
 #include "mscomp/base/atomic_file.h"
+#include "mscomp/generate/generate.h"
 #include "run/run_cases.h"
 
 namespace mscomp {
@@ -62,6 +66,46 @@ TEST_F(PcaCommands, TrainsAndEvaluates) {
     EXPECT_GE(test["features"]["by_components"][0]["rms_error"].get<double>(),
               test["features"]["by_components"][1]["rms_error"].get<double>());
     EXPECT_TRUE(fs::exists(folder_ / "measures/errors.png"));
+}
+
+// Where a component acts is seen in the features of the shape that it makes: here a bulge at one
+// end, which is all that moves, beside a truth that lies at the other.
+TEST_F(PcaCommands, LieWhereTheTruthDoes) {
+    GeneratedSequence set = generate_arm(6, 0, 300);
+    const std::vector<Point> rest = set.sequence.shapes.front();
+    set.component_names = {"elsewhere", "bulge"};
+    set.scales = {1, 1};
+    set.weights.clear();
+    set.supports.clear();
+    for (const double height : {1.0, 11.0}) {
+        for (const Point& p : rest) {
+            set.supports.push_back(static_cast<float>(std::exp(-std::pow(p[2] - height, 2))));
+        }
+    }
+    const auto bulge = std::span<const float>(set.supports).subspan(rest.size());
+    for (int n = 0; n < 6; ++n) {
+        set.weights.insert(set.weights.end(), {n == 3 ? 1.0F : 0.0F, static_cast<float>(n)});
+        std::vector<Point>& shape = set.sequence.shapes[at(n)] = rest;
+        for (std::size_t v = 0; v < rest.size(); ++v) {
+            for (const std::size_t axis : {0U, 1U}) {
+                shape[v][axis] *= 1 + 0.05 * n * static_cast<double>(bulge[v]);
+            }
+        }
+    }
+    write_generated(set, folder_ / "bulge");
+    run("acapfeat extract bulge -o bulge.safetensors --no-align --quiet");
+    run("mscomp train pca.yaml -o bulge.run --quiet --set data.features=bulge.safetensors "
+        "--set data.split.train=all");
+    const json truth = json::parse(run("mscomp evaluate bulge.run --truth bulge/truth.json --fit "
+                                       "features --quiet --json"))
+                           .at("truth");
+    const json& found = truth["by_overlap"]["list"];
+    EXPECT_EQ(found[1]["component"], "0");
+    EXPECT_GT(found[1]["iou"], 0.75);
+    EXPECT_GT(found[1]["soft_iou"], 0.6);
+    EXPECT_LT(found[0]["iou"], 0.5);
+    EXPECT_GT(truth["features"]["list"][1]["best"]["correlation"], 0.999);
+    EXPECT_TRUE(truth["by_overlap"]["fine"]["at_scale"].is_null()) << "of one level";
 }
 
 // Where codes do not decode to features there are no joint codes to fit to them.

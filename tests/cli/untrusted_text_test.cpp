@@ -71,6 +71,7 @@ TEST_F(UntrustedText, OfOptionsAndNamesIsShownHarmless) {
                  {"mscomp", "info", text},
                  {"mscomp", "evaluate", "run", text},
                  {"mscomp", "evaluate", "run", "--units", text},
+                 {"mscomp", "evaluate", "run", "--truth", text},
                  {"mscomp", "synthesize", "run", "--weight", text + "=1", "-o", "x.obj"},
                  {"mscomp", "synthesize", "run", "--sheet", "x.png", "--component", text},
                  {"mscomp", "sweep", text, "-o", "s"},
@@ -92,6 +93,7 @@ TEST_F(UntrustedText, InFilesIsShownHarmless) {
         folder_.put("points.yaml", "config: c.yaml\npoints: {list: [{name: '" + text + "'}]}\n");
         folder_.put("title.yaml", "base: {" + text + ": 1}\npoints: {grid: {a: [1]}}\n");
         folder_.put("handles.json", "{\"" + text + "\": 1}");
+        folder_.put("truth.json", "{\"names\": [\"" + text + "\", \"" + text + "\"]}");
         folder_.put("units.csv", text + ",b\n1,x" + text + "\n");
         folder_.put("bad.ply", "ply\nformat ascii 1.0\nelement " + text + " 3\nend_header\n");
         for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
@@ -107,6 +109,7 @@ TEST_F(UntrustedText, InFilesIsShownHarmless) {
                  {"mscomp", "train", "plain.yaml"},
                  {"mscomp", "sweep", "points.yaml", "-o", "s"},
                  {"mscomp", "sweep", "title.yaml", "-o", "s"},
+                 {"mscomp", "evaluate", "run", "--truth", "truth.json"},
                  {"mscomp", "evaluate", "run", "--units", "units.csv"}}) {
             expect_harmless(words);
         }

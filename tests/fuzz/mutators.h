@@ -26,7 +26,9 @@ std::optional<std::string> changed_arrays(std::string_view file, std::size_t mos
 
 /// For a target by its name; null where libFuzzer's own changes do.
 constexpr Mutate mutate_of(std::string_view target) {
-    if (target == "safetensors" || target == "model") return changed_tensors;
+    if (target == "safetensors" || target == "model" || target == "supports") {
+        return changed_tensors;
+    }
     if (target == "npz") return changed_arrays;
     return nullptr;
 }

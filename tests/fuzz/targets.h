@@ -26,6 +26,8 @@ void check_model(std::span<const std::byte> input);
 void check_metrics(std::span<const std::byte> input);
 void check_evaluation(std::span<const std::byte> input);
 void check_units(std::span<const std::byte> input);
+void check_truth(std::span<const std::byte> input);
+void check_supports(std::span<const std::byte> input);
 void check_handles(std::span<const std::byte> input);
 void check_list(std::span<const std::byte> input);
 
@@ -52,6 +54,8 @@ inline constexpr std::array kTargets{
     Target{"metrics", check_metrics},
     Target{"evaluation", check_evaluation},
     Target{"units", check_units},
+    Target{"truth", check_truth},
+    Target{"supports", check_supports},
     Target{"handles", check_handles},
     Target{"list", check_list},
 };

@@ -32,6 +32,11 @@ struct UnitMatches {
     }
 };
 
+/// Pairs of the rows and columns of a table (K,U), row-major, of how well they go together: the row
+/// of each column, -1 where K < U leaves none. The largest entry, then the largest without its row
+/// and column, and so on; of equals the lower column, then the lower row.
+std::vector<int> greedy_pairs(std::span<const double> table, int rows, int columns);
+
 /// Correlations of `codes` (n,K) with true `weights` (n,U), row-major, for n = `shape_count`:
 ///     |Σ (z - mean z)(w - mean w)| / sqrt(Σ (z - mean z)^2 Σ (w - mean w)^2).
 /// Scale, offset and sign of a code do not matter. A column that is the same for all shapes, or has

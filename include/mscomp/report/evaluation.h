@@ -20,6 +20,7 @@ struct EvaluationOptions {
     std::string order = "auto";   // sequence | set | auto: by the run's split
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none
+    std::string truth;            // truth.json of a generated set; empty: none
     std::string output;           // folder for tables and pictures; empty: none
     /// Shapes done of all; what a shape has to go through counts in parts. May be empty.
     std::function<void(std::int64_t done, std::int64_t total)> on_progress;

@@ -121,6 +121,7 @@ struct EvaluateOptions {
     std::string order = "auto";   // sequence | set | auto: by the run's split
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none
+    std::string truth;            // truth.json of a generated set; empty: none
     std::string output;           // folder for table.csv and errors.png; empty: none
     CommonOptions common;
 };

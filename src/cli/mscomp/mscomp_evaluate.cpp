@@ -14,6 +14,7 @@
 #include "mscomp/base/json_text.h"
 #include "mscomp/base/kept_inputs.h"
 #include "mscomp/base/outputs.h"
+#include "mscomp/base/printable.h"
 #include "mscomp/report/evaluation.h"
 #include "mscomp/run/fits.h"
 #include "mscomp/run/run_folder.h"
@@ -173,6 +174,51 @@ void print_units(const ordered_json& report) {
     }
 }
 
+void print_scales(const ordered_json& matches, const std::string& label) {
+    for (const char* name : {"coarse", "fine"}) {
+        const ordered_json& scale = matches[name];
+        const int count = scale["components"];
+        if (count == 0) continue;
+        const auto of_all = [&](const char* key) {
+            return !scale.contains(key) || scale[key].is_null()
+                       ? std::string("-")
+                       : fmt::format("{} of {}", scale[key].get<int>(), count);
+        };
+        print_out("  {:<24}{:>8}{:>8}{:>8}{:>12}{:>10}{:>12}\n", label, name,
+                  number(scale["iou"], "{:.2f}"), number(scale["soft_iou"], "{:.2f}"),
+                  of_all("at_scale"), number(scale.value("correlation", ordered_json()), "{:.2f}"),
+                  of_all("matched_one_to_one"));
+    }
+}
+
+std::string cell(const ordered_json& match) {
+    const ordered_json& id = match["component"];
+    return fmt::format("{:>12}{:>6}", id.is_null() ? "-" : id.get<std::string>(),
+                       number(match["iou"], "{:.2f}"));
+}
+
+void print_truth(const ordered_json& report) {
+    if (!report.contains("truth")) return;
+    const ordered_json& truth = report["truth"];
+    print_out("\n{} true components, {} of them vary over these shapes; means\n",
+              truth["components"].get<int>(), truth["varying"].get<int>());
+    print_out("  {:<24}{:>8}{:>8}{:>8}{:>12}{:>10}{:>12}\n", "", "", "IoU", "soft", "at scale",
+              "|corr.|", "matched");
+    print_scales(truth["by_overlap"], "by overlap");
+    for (const std::string& fit : fits_of(report)) print_scales(truth[fit], "by codes, " + fit);
+    const std::string first = fits_of(report).front();
+    print_out("  {:<24}{:>8}{:>12}{:>6}{:>8}{:>12}{:>6}{:>8}\n", "", "", "by overlap", "IoU",
+              "|corr.|", "by codes", "IoU", "|corr.|");
+    for (const ordered_json& row : truth[first]["list"]) {
+        const ordered_json& one = row["one_to_one"];
+        const ordered_json& overlapping = row["by_overlap"];
+        print_out("  {:<24}{:>8}{}{:>8}{}{:>8}\n", printable(row["unit"].get<std::string>()),
+                  row["scale"].get<std::string>(), cell(overlapping),
+                  number(overlapping["correlation"], "{:.2f}"), cell(one),
+                  number(one["correlation"], "{:.2f}"));
+    }
+}
+
 void print_report(const EvaluateOptions& options, const ordered_json& report) {
     print_out("{}: {}, {} of {} shapes of {} ({}), as a {}\n\n", options.run,
               report["kind"].get<std::string>(), report["shapes"].get<int>(),
@@ -183,6 +229,7 @@ void print_report(const EvaluateOptions& options, const ordered_json& report) {
     print_curves(report);
     print_components(report);
     print_units(report);
+    print_truth(report);
     if (!options.output.empty()) {
         print_out("\n{}: table.csv, components.csv{}\n", options.output,
                   options.worst > 0 ? ", errors.png" : "");
@@ -193,7 +240,7 @@ void require_own_output(const EvaluateOptions& options) {
     require_extension(options.output, "a folder", {});
     require_free_folder(options.output, options.common.force);
     require_apart(files_of_kind(options.output, {"csv", "png"}),
-                  {model_path(options.run), options.features, options.units});
+                  {model_path(options.run), options.features, options.units, options.truth});
 }
 
 }  // namespace
@@ -232,6 +279,9 @@ void setup_evaluate(CLI::App& app) {
         ->capture_default_str();
     command->add_option("--units", options->units,
                         "CSV of true weights, a row per shape, to tell which a component matches");
+    command->add_option("--truth", options->truth,
+                        "truth.json of a generated set, its supports beside it: which component "
+                        "lies where a true one does, and has its weights");
     command->add_option("--worst", options->worst, "How many of the worst shapes to name and draw")
         ->check(CLI::Range(0, 30))
         ->capture_default_str();
@@ -248,10 +298,10 @@ void setup_evaluate(CLI::App& app) {
 void run_evaluate(const EvaluateOptions& options) {
     if (!options.output.empty()) require_own_output(options);
     std::optional<Progress> progress;
-    EvaluationOptions evaluated{
-        options.run, options.features, options.split, options.handles, options.components,
-        options.fit, options.order,    options.worst, options.units,   options.output,
-        {}};
+    EvaluationOptions evaluated{options.run,     options.features,   options.split,
+                                options.handles, options.components, options.fit,
+                                options.order,   options.worst,      options.units,
+                                options.truth,   options.output,     {}};
     evaluated.on_progress = [&](std::int64_t done, std::int64_t total) {
         if (!progress) progress.emplace("evaluate", total, progress_options(options.common.quiet));
         progress->update(done);
