@@ -69,9 +69,18 @@ Table data_table(DataConfig& data, const Kind& kind) {
 
 Table filter_table(FilterConfig& filter) {
     return {
-        {"minimum_strength", &filter.minimum_strength, kNotNegative, "weaker ones are dropped"},
+        {"rule",
+         choice(filter.rule, {{FilterRule::refit, "refit"}, {FilterRule::strength, "strength"}}),
+         {},
+         "refit: those that the others make up for; strength, the papers: those that move little"},
+        {"refit_share", &filter.refit_share, kUnitRange,
+         "refit: so much more squared error of the training shapes in all, as a part of it"},
+        {"alike", &filter.alike, kUnitRange,
+         "refit: correlation of codes, or cosine of changes, from which two may become one"},
+        {"minimum_strength", &filter.minimum_strength, kNotNegative,
+         "strength: weaker ones are dropped"},
         {"minimum_share", &filter.minimum_share, kUnitRange,
-         "and those weaker than this part of the strongest; the paper: 0"},
+         "strength: and those weaker than this part of the strongest; the paper: 0"},
         {"relative_threshold", &filter.relative_threshold, kUnitRange,
          "part of the peak from which a vertex counts"},
         {"absolute_threshold", &filter.absolute_threshold, kNotNegative,

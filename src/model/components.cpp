@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "model/component_filter.h"
 #include "mscomp/base/index.h"
 
 namespace mscomp {
@@ -37,6 +38,8 @@ void measure(Component& component, const ShapeModel& model, const FilterConfig& 
              DistanceRows& distances) {
     const std::vector<double> sizes = sizes_of(component.difference, model);
     const double peak = std::max(0.0, *std::ranges::max_element(sizes));
+    component.moving = 0;
+    component.localization_radius = 0;
     const double threshold = filter.absolute_threshold > 0 ? filter.absolute_threshold
                                                            : filter.relative_threshold * peak;
     const std::span<const double> distance = distances.row(component.center);
@@ -50,30 +53,6 @@ void measure(Component& component, const ShapeModel& model, const FilterConfig& 
         component.localization_radius = std::max(component.localization_radius, distance[v]);
     }
     component.strength = acting > 0 ? sum / acting : 0;
-}
-
-/// Why the filter drops a component of a model whose strongest one has strength `most`; empty where
-/// it does not.
-std::string reason_to_drop(const Component& component, const FilterConfig& filter, double most) {
-    if (component.support == 0) return "no vertex is left in its support";
-    if (!(component.strength >= filter.minimum_strength)) {
-        return fmt::format("strength {:.3g} is below {:.3g}", component.strength,
-                           filter.minimum_strength);
-    }
-    if (!(component.strength >= filter.minimum_share * most)) {
-        return fmt::format("strength {:.3g} is below {:.3g} of the strongest, {:.3g}",
-                           component.strength, filter.minimum_share, most);
-    }
-    return {};
-}
-
-void filter_all(std::vector<Component>& components, const FilterConfig& filter) {
-    double most = 0;
-    for (const Component& c : components) most = std::max(most, c.strength);
-    for (Component& c : components) {
-        c.reason = reason_to_drop(c, filter, most);
-        c.kept = c.reason.empty();
-    }
 }
 
 /// What has no parent on a finer level starts with what level it is.
@@ -98,7 +77,7 @@ void decode_ends(Component& component, const ShapeModel& model,
                  const std::vector<float>& reference) {
     const auto change_at = [&](double code) {
         std::vector<float> codes = reference;
-        codes[at(component.code)] = static_cast<float>(code);
+        put_at(codes, component, static_cast<float>(code));
         return model.change(codes, reference);
     };
     component.code_end = component.code_min;
@@ -133,7 +112,32 @@ std::vector<Component> numbered_components(const ShapeModel& model) {
     return components;
 }
 
+/// The same of a component with others: codes, ends and what is measured of them are of all.
+void find_ends_together(Component& component, const ShapeModel& model, const CodeTable& codes,
+                        const std::vector<float>& reference) {
+    component.code_min = component.code_max = component.code_reference;
+    for (int m = 0; m < codes.shape_count(); ++m) {
+        double code = component.code_reference;
+        for (std::size_t k = 0; k < reference.size(); ++k) {
+            code += component.reading[k] *
+                    (static_cast<double>(codes.shape(m)[k]) - static_cast<double>(reference[k]));
+        }
+        code = static_cast<double>(static_cast<float>(code));
+        component.code_min = std::min(component.code_min, code);
+        component.code_max = std::max(component.code_max, code);
+    }
+    decode_ends(component, model, reference);
+}
+
 }  // namespace
+
+void put_at(std::span<float> codes, const Component& component, float code) {
+    codes[at(component.code)] = code;
+    const double moved = static_cast<double>(code) - component.code_reference;
+    for (const FollowingCode& other : component.others) {
+        codes[at(other.code)] += static_cast<float>(other.ratio * moved);
+    }
+}
 
 std::vector<int> farthest_first(const std::vector<Component>& components) {
     std::vector<int> order(components.size());
@@ -151,7 +155,9 @@ std::vector<int> strongest_first(const std::vector<Component>& components) {
 }
 
 std::vector<Component> extract_components(ShapeModel& model, const CodeTable& codes,
-                                          const FilterConfig& filter, DistanceRows& distances) {
+                                          const FilterConfig& filter, DistanceRows& distances,
+                                          const MetricScale& metric,
+                                          std::optional<double> squared_error) {
     const std::vector<float> reference = model.reference_codes();
     const std::vector<ComponentPlace> places = model.places();
     const std::vector<ComponentTrust> trust = model.trust();
@@ -169,7 +175,15 @@ std::vector<Component> extract_components(ShapeModel& model, const CodeTable& co
         decode_ends(c, model, reference);
         measure(c, model, filter, distances);
     }
-    filter_all(components, filter);
+    const bool has_features = model.rows() == ShapeRows::features;
+    filter_components(components, codes, filter,
+                      {row_width(model.rows()), has_features ? &metric : nullptr, squared_error});
+    for (Component& c : components) {
+        if (c.others.empty()) continue;
+        find_ends_together(c, model, codes, reference);
+        measure(c, model, filter, distances);
+        c.support = c.moving;
+    }
     return components;
 }
 

@@ -124,6 +124,9 @@ void write_model(const std::string& path, const LearnedModel& model, const Model
                         {state.window_mean, state.window_sum, state.is_plateau ? 1.0 : 0.0,
                          static_cast<double>(state.window_epochs)});
     arrays.keep<double>("divergence", {2}, {state.rate_factor, state.first_error});
+    if (context.squared_error) {
+        arrays.keep<double>("squared_error", {1}, {*context.squared_error});
+    }
     arrays.add<int>("train_shapes", {count(context.train_shapes)}, context.train_shapes);
     arrays.add<int>("test_shapes", {count(context.test_shapes)}, context.test_shapes);
     model.save(arrays);
@@ -184,6 +187,7 @@ struct ModelFile::Content {
         state.total = numbers[1];
         if (file.contains("plateau")) read_window(file.data<double>("plateau", {-1}));
         if (file.contains("divergence")) read_divergence(file.data<double>("divergence", {2}));
+        if (file.contains("squared_error")) read_error(file.data<double>("squared_error", {1}));
         const auto indices = [&](const char* name) {
             const auto values = file.data<int>(name, {-1});
             return std::vector<int>(values.begin(), values.end());
@@ -255,6 +259,13 @@ struct ModelFile::Content {
                               fmt::format("rate factor {}, first error {}; wanted above 0 and at "
                                           "most 1, and at least 0",
                                           state.rate_factor, state.first_error));
+    }
+
+    void read_error(std::span<const double> error) {
+        context.squared_error = error[0];
+        if (error[0] >= 0) return;
+        throw CheckpointError(file.path(),
+                              fmt::format("got a squared error of {}, wanted one >= 0", error[0]));
     }
 
     void check_shapes(const std::string& path) const {

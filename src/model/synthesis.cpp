@@ -36,6 +36,10 @@ Synthesis::Synthesis(const ShapeModel& model, const std::vector<Component>& comp
     for (const Component& c : components) {
         reference_[at(c.code)] = static_cast<float>(c.code_reference);
         end_[at(c.code)] = static_cast<float>(c.code_end);
+        Component& moving = moving_.emplace_back();
+        moving.code = c.code;
+        moving.code_reference = c.code_reference;
+        moving.others = c.others;
     }
 }
 
@@ -43,8 +47,12 @@ std::vector<float> Synthesis::codes(std::span<const ComponentWeight> weights) co
     std::vector<float> codes = reference_;
     for (const ComponentWeight& w : weights) {
         const auto i = at(w.code);
-        codes[i] = static_cast<float>(
+        const auto code = static_cast<float>(
             std::lerp(static_cast<double>(reference_[i]), static_cast<double>(end_[i]), w.weight));
+        // Whatever others have made of it: one that moves along may have a weight of its own.
+        const float by_others = codes[i] - reference_[i];
+        put_at(codes, moving_[i], code);
+        codes[i] += by_others;
     }
     return codes;
 }

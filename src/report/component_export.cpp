@@ -35,9 +35,15 @@ std::string other_file_name(const Component& component) {
     return fmt::format("level{}_{}_other.ply", component.level, component.id);
 }
 
-nlohmann::ordered_json describe(const Component& component, const ModelContext& context,
-                                bool has_file) {
+/// Of a component of `all`.
+nlohmann::ordered_json describe(const Component& component, const std::vector<Component>& all,
+                                const ModelContext& context, bool has_file) {
     nlohmann::ordered_json json = component_json(component, context);
+    nlohmann::ordered_json others = nlohmann::ordered_json::array();
+    for (const FollowingCode& other : component.others) {
+        others.push_back({{"id", all[at(other.code)].id}, {"ratio", other.ratio}});
+    }
+    json["moves_with"] = others;
     json["file"] = json["other_file"] = nullptr;
     if (has_file) {
         json["file"] = file_name(component);
@@ -177,7 +183,7 @@ nlohmann::ordered_json export_components(TrainedRun& run, const std::string& run
         const Component& component = components[at(i)];
         throw_if_interrupted(fmt::format("interrupted; nothing was changed in {}", folder));
         const bool has_file = component.kept || options.all;
-        list.push_back(describe(component, run.context(), has_file));
+        list.push_back(describe(component, components, run.context(), has_file));
         kept += component.kept ? 1 : 0;
         listed.push_back({&component, {component.id, -1, {}}, sides.partner(listed.size())});
         if (has_file) {

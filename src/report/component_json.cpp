@@ -26,6 +26,8 @@ nlohmann::ordered_json component_json(const Component& c, const ModelContext& co
                                 {"distance", c.distance},
                                 {"kept", c.kept},
                                 {"reason", text_or_null(c.reason)},
+                                {"merged_into", text_or_null(c.merged_into)},
+                                {"cost", c.cost},
                                 {"code_min", c.code_min},
                                 {"code_max", c.code_max},
                                 {"code_reference", c.code_reference},

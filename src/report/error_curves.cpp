@@ -93,17 +93,17 @@ void ComponentCurve::add(ShapeDecoder& decoder, std::span<const int> shapes,
 }
 
 HandleCurve::HandleCurve(const std::vector<int>& numbers, const TrainedRun& run,
-                         const std::vector<Component>& components)
+                         const CodeTable& table, const std::vector<Component>& components)
     : errors_(numbers, "--handles", 3, run.context().reference.vertex_count(),
               run.context().reference.vertices) {
     if (numbers.empty()) return;
     handles_ = farthest_point_samples(run.context().reference.vertices, std::ranges::max(numbers));
     starts_.push_back({reference_codes(components), {}});
-    const std::size_t shapes = run.context().train_shapes.size();
+    const std::size_t shapes = at(table.shape_count());
     const std::size_t step = (shapes + kMostStarts - 1) / kMostStarts;
     for (std::size_t m = 0; m < shapes; m += step) {
         Start start;
-        const std::span<const float> codes = run.file.codes().shape(static_cast<int>(m));
+        const std::span<const float> codes = table.shape(static_cast<int>(m));
         start.codes.assign(codes.begin(), codes.end());
         starts_.push_back(std::move(start));
     }

@@ -51,9 +51,9 @@ class ComponentCurve {
 /// and are fitted to them alone.
 class HandleCurve {
   public:
-    /// Throws UsageError for fewer than 3 handles, which leave open how a shape is turned, or more
-    /// than vertices.
-    HandleCurve(const std::vector<int>& numbers, const TrainedRun& run,
+    /// `codes` are those of the training shapes. Throws UsageError for fewer than 3 handles, which
+    /// leave open how a shape is turned, or more than vertices.
+    HandleCurve(const std::vector<int>& numbers, const TrainedRun& run, const CodeTable& codes,
                 const std::vector<Component>& components);
     void add(ShapeDecoder& decoder, std::span<const int> shapes);
     const ErrorCurve& errors() const { return errors_; }

@@ -23,6 +23,7 @@
 #include "mscomp/base/paths.h"
 #include "mscomp/eval/piece_error.h"
 #include "mscomp/eval/shape_measures.h"
+#include "mscomp/model/kept_model.h"
 #include "mscomp/run/fits.h"
 #include "mscomp/run/shape_decoder.h"
 #include "truth_report.h"
@@ -123,10 +124,11 @@ class Evaluation {
           file_(opened_features(features_path(options, run_), run_)),
           split_(split_of(options, run_, file_)),
           components_(run_.components()),
+          acting_(components_),
           asked_(fits_of_run(options.fit, run_)),
-          by_components_(options.components, components_, reference().vertices, asked_),
-          by_handles_(options.handles, run_, components_),
-          decoder_(run_, file_, [] { throw_if_interrupted("interrupted; nothing was written"); }),
+          decoder_(decoder(options.kept)),
+          by_components_(options.components, acting_, reference().vertices, asked_),
+          by_handles_(options.handles, run_, decoder_.training_codes(), acting_),
           undeformed_(reference(), order_of(options, run_)),
           undeformed_pieces_(reference()) {
         shapes_ = shapes_of_split(run_, file_, split_);
@@ -183,6 +185,7 @@ class Evaluation {
             {"shapes_in_set", file_.shape_count()},
             {"kind", run_.config.kind},
             {"order", order_of(options_, run_) == ShapeOrder::set ? "set" : "sequence"},
+            {"kept_only", options_.kept},
             {"components", of_components.kept_per_level}};
         for (std::size_t f = 0; f < fits_.size(); ++f) {
             ordered_json& entry = report[name_of(asked_[f])] =
@@ -225,6 +228,14 @@ class Evaluation {
     static constexpr const char* kPicture = "errors.png";
 
     const TriangleMesh& reference() const { return run_.context().reference; }
+    /// Of all components, or of the kept ones, which then are those that act.
+    ShapeDecoder decoder(bool of_kept) {
+        const auto check = [] { throw_if_interrupted("interrupted; nothing was written"); };
+        if (!of_kept) return {run_, file_, check};
+        kept_ = std::make_unique<KeptModel>(*run_.model, components_);
+        acting_ = kept_->components();
+        return {run_, *kept_, kept_->refitted(run_.file.codes()), file_, check};
+    }
     /// What a result has to stay below to be worth anything.
     void add_undeformed(std::span<const int> shapes) {
         for (const int shape : shapes) {
@@ -242,7 +253,7 @@ class Evaluation {
                             {"varying", units_->varying_count(shapes_)},
                             {"threshold", KnownUnits::kThreshold}};
         for (const MeasuredFit& fit : fits_) {
-            result[name_of(fit.fit)] = units_->matches(shapes_, fit.codes, components_);
+            result[name_of(fit.fit)] = units_->matches(shapes_, fit.codes, acting_);
         }
         return result;
     }
@@ -300,10 +311,12 @@ class Evaluation {
     FeatureFile file_;
     std::string split_;
     std::vector<Component> components_;
+    std::unique_ptr<KeptModel> kept_;  // of what is measured, if only kept ones act
+    std::vector<Component> acting_;
     std::vector<Fit> asked_;
+    ShapeDecoder decoder_;
     ComponentCurve by_components_;
     HandleCurve by_handles_;
-    ShapeDecoder decoder_;
     std::vector<int> shapes_;
     std::optional<KnownUnits> units_;
     std::optional<TruthReport> truth_;

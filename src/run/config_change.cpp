@@ -26,10 +26,7 @@ ConfigChange config_change(const Config& earlier, const Config& now) {
     change.stopping = a.plateau_epochs != b.plateau_epochs || a.plateau_gain != b.plateau_gain;
     change.length = a.epochs != b.epochs;
     change.saving = a.checkpoint_every != b.checkpoint_every;
-    change.filter = earlier.filter.minimum_strength != now.filter.minimum_strength ||
-                    earlier.filter.minimum_share != now.filter.minimum_share ||
-                    earlier.filter.relative_threshold != now.filter.relative_threshold ||
-                    earlier.filter.absolute_threshold != now.filter.absolute_threshold;
+    change.filter = earlier.filter != now.filter;
     return change;
 }
 

@@ -38,15 +38,21 @@ bool is_reference(std::span<const float> features) {
 
 ShapeDecoder::ShapeDecoder(TrainedRun& run, const FeatureFile& file,
                            std::function<void()> check_stop)
+    : ShapeDecoder(run, *run.model, run.file.codes(), file, std::move(check_stop)) {}
+
+ShapeDecoder::ShapeDecoder(TrainedRun& run, ShapeModel& model, CodeTable codes,
+                           const FeatureFile& file, std::function<void()> check_stop)
     : run_(run),
+      model_(model),
+      training_codes_(std::move(codes)),
       file_(file),
       shapes_(file, run.context().places),
       check_stop_(check_stop ? std::move(check_stop) : [] {}),
-      lossless_(*run.model, run.reference(), parse_edge_weights(run.context().weights),
+      lossless_(model, run.reference(), parse_edge_weights(run.context().weights),
                 VertexSolver::lossless) {}
 
 std::vector<DecodedShape> ShapeDecoder::encode(std::span<const int> shapes, int levels) {
-    const CodeTable table = run_.model->encode(shapes_, shapes);
+    const CodeTable table = model_.encode(shapes_, shapes);
     std::vector<std::vector<float>> codes;
     for (int m = 0; m < table.shape_count(); ++m) {
         codes.emplace_back(table.shape(m).begin(), table.shape(m).end());
@@ -107,7 +113,7 @@ std::vector<DecodedShape> ShapeDecoder::fit_features(std::span<const int> shapes
                                                      std::span<const int> moving) const {
     FeatureFitOptions options;
     options.scale = run_.context().scale;
-    const FeatureFit features(*run_.model, options);
+    const FeatureFit features(model_, options);
     std::vector<std::vector<float>> codes(shapes.size());
     parallel_for(static_cast<std::int64_t>(shapes.size()), [&](std::int64_t m) {
         check_stop_();
@@ -123,8 +129,8 @@ std::vector<Point> ShapeDecoder::positions(std::span<const float> codes) {
 
 const VertexFit& ShapeDecoder::made(std::unique_ptr<VertexFit>& fit, VertexFitOptions options) {
     if (!fit) {
-        options.code_deviations = code_deviations(run_.file.codes());
-        fit = std::make_unique<VertexFit>(*run_.model, run_.reference(),
+        options.code_deviations = code_deviations(training_codes_);
+        fit = std::make_unique<VertexFit>(model_, run_.reference(),
                                           parse_edge_weights(run_.context().weights), options);
     }
     return *fit;
@@ -157,7 +163,7 @@ std::optional<double> ShapeDecoder::relative_squared_error_of_reference(int shap
 
 std::optional<double> ShapeDecoder::relative_squared_error_of(int shape,
                                                               std::vector<float> result) const {
-    if (run_.model->rows() != ShapeRows::features) return std::nullopt;
+    if (model_.rows() != ShapeRows::features) return std::nullopt;
     const std::span<const float> features = shapes_.shape(shape);
     if (is_reference(features)) return std::nullopt;
     const MetricScale& minmax = run_.context().minmax;

@@ -24,6 +24,7 @@
 #include "mscomp/run/run_folder.h"
 #include "run_lock.h"
 #include "starting_run.h"
+#include "training_error.h"
 #include "training_log.h"
 #include "training_setup.h"
 
@@ -67,6 +68,14 @@ void describe(const TrainingSetup& setup, const std::string& run, LineFile& log)
     }
 }
 
+/// Codes of the training shapes, and the error that the setup is to have beside them.
+CodeTable codes_to_save(TrainingSetup& setup, Learner& learner) {
+    CodeTable codes = learner.codes();
+    setup.context.squared_error = squared_error(
+        *setup.model, setup.shapes, setup.context.train_shapes, codes, setup.context.scale);
+    return codes;
+}
+
 /// A run that is under way in its folder.
 class Training {
   public:
@@ -83,7 +92,7 @@ class Training {
     void save() {
         metrics_->sync();
         const TrainingState& state = learner_.state();
-        const CodeTable codes = learner_.codes();
+        const CodeTable codes = codes_to_save(setup_, learner_);
         milestone_.before_saving(state.epoch, learner_.is_over());
         write_model(checkpoint_path(run_), *setup_.model, setup_.context, state, codes);
         note_saved();
@@ -192,10 +201,11 @@ class Training {
 };
 
 /// What belongs together, at once: an earlier run stands whole until this one does.
-void write_beginning(const std::string& run, const TrainingSetup& setup, Learner& learner) {
+void write_beginning(const std::string& run, TrainingSetup& setup, Learner& learner) {
+    const CodeTable codes = codes_to_save(setup, learner);
     OutputFiles files({checkpoint_path(run), metrics_path(run), config_path(run)});
     write_model(files.path(checkpoint_path(run)), *setup.model, setup.context, learner.state(),
-                learner.codes());
+                codes);
     write_file(files.path(metrics_path(run)),
                kept_metrics(metrics_path(run), learner.term_names(), learner.state().epoch));
     write_file(files.path(config_path(run)), write_config(setup.config, true));

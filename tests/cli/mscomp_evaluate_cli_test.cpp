@@ -91,6 +91,36 @@ class MscompEvaluate : public testing::Test {
 };
 TemporaryFolder* MscompEvaluate::folder_ = nullptr;
 
+/// A copy of the run with another filter.
+std::string filtered(const std::string& set) {
+    return "rm -rf other && cp -r run other && " MSCOMP_BIN_DIR
+           "/mscomp train config.yaml -o other --resume --quiet --set filter." +
+           set;
+}
+
+// The kept ones alone are all of them where all are kept, and give less back where few are.
+TEST_F(MscompEvaluate, OfKeptComponentsAlone) {
+    ok(shell(
+        filtered("rule=strength --set filter.minimum_strength=0 --set filter.minimum_share=0")));
+    const json all = evaluated("other"), same = evaluated("other --kept");
+    EXPECT_EQ(all.at("kept_only"), false);
+    EXPECT_EQ(same.at("kept_only"), true);
+    ASSERT_EQ(same.at("components"), json({4, 8}));
+    for (const char* fit : {"features", "vertices"}) {
+        const double error = all[fit]["rms_error"];
+        EXPECT_NEAR(same[fit]["rms_error"].get<double>(), error, 1e-3 * error) << fit;
+    }
+    ok(shell(filtered("refit_share=1 --set filter.alike=0.9")));
+    const json few = evaluated("other --kept --components 1 --handles 20");
+    EXPECT_LT(few["components"][0].get<int>() + few["components"][1].get<int>(), 12);
+    EXPECT_GT(few["features"]["rms_error"], all["features"]["rms_error"]);
+    EXPECT_EQ(evaluated("other")["features"]["rms_error"], all["features"]["rms_error"]);
+    EXPECT_EQ(few["component_list"].size(), 12U);
+    EXPECT_GE(few["features"]["by_components"][0]["rms_error"], few["features"]["rms_error"]);
+    ok(shell(filtered("rule=strength --set filter.minimum_strength=100")));
+    refused("evaluate other --kept", 2, "--kept: the run has no kept component");
+}
+
 // The names that scripts read.
 TEST_F(MscompEvaluate, PrintsTheContract) {
     const json report = evaluated("run");

@@ -60,6 +60,9 @@ Config config_with_no_default() {
     c.train.plateau_epochs = 3;
     c.train.plateau_gain = 0.375;
     c.train.checkpoint_every = 9;
+    c.filter.rule = FilterRule::strength;
+    c.filter.refit_share = 0.0625;
+    c.filter.alike = 0.875;
     c.filter.minimum_strength = 1e-3;
     c.filter.minimum_share = 0.125;
     c.filter.relative_threshold = 1;
@@ -125,6 +128,9 @@ TEST(ConfigRoundTrip, WritingThenReadingIsTheIdentity) {
         EXPECT_EQ(r.train.plateau_epochs, c.train.plateau_epochs);
         EXPECT_EQ(r.train.plateau_gain, c.train.plateau_gain);
         EXPECT_EQ(r.train.checkpoint_every, c.train.checkpoint_every);
+        EXPECT_EQ(r.filter.rule, c.filter.rule);
+        EXPECT_EQ(r.filter.refit_share, c.filter.refit_share);
+        EXPECT_EQ(r.filter.alike, c.filter.alike);
         EXPECT_EQ(r.filter.minimum_strength, c.filter.minimum_strength);
         EXPECT_EQ(r.filter.minimum_share, c.filter.minimum_share);
         EXPECT_EQ(r.filter.relative_threshold, c.filter.relative_threshold);

@@ -308,7 +308,8 @@ TEST_P(EachKind, GivesComponents) {
         EXPECT_LE(component.code_min, component.code_max);
         ASSERT_EQ(component.difference.size(), size);
         for (const float x : component.difference) ASSERT_TRUE(std::isfinite(x));
-        EXPECT_TRUE(!component.kept || component.strength >= config_.filter.minimum_strength);
+        EXPECT_TRUE(!component.kept || component.cost > 0) << component.id;
+        EXPECT_EQ(component.kept, component.reason.empty());
     }
 }
 

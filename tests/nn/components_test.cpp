@@ -261,6 +261,7 @@ TEST(Components, MoveTheSupportAndWhatTheConvolutionSees) {
 // rule.
 TEST_F(ByHand, WeakOnesBesideTheStrongestAreDropped) {
     FilterConfig filter;
+    filter.rule = FilterRule::strength;
     filter.minimum_strength = 0;
     filter.minimum_share = 0;
     const double most = all(filter)[0].strength, least = all(filter)[1].strength;
@@ -281,6 +282,7 @@ TEST(Components, BelowTheMinimumStrengthAreDroppedWithAReason) {
     trainer.start();
     Network network(*model, around_reference(1));
     FilterConfig filter;
+    filter.rule = FilterRule::strength;
     filter.minimum_strength = 1e9;
     for (const Component& c :
          extract_components(network, trainer.codes(), filter, problem.distances)) {

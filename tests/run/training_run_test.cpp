@@ -70,6 +70,36 @@ TEST_F(TrainingRun, LeavesWhatOpensAgain) {
     }
 }
 
+// Of the training shapes alone, decoded from the codes in the file, as the scale counts; whatever
+// the kind decodes to.
+TEST_F(TrainingRun, KeepsTheErrorOfItsTrainingShapes) {
+    for (const char* kind : {"stacked-attention", "pca"}) {
+        std::filesystem::remove_all(run());
+        train(config(kind));
+        TrainedRun opened = open_run(run());
+        const FeatureFile file(features_);
+        const bool has_features = opened.model->rows() == ShapeRows::features;
+        double squares = 0;
+        for (int m = 0; m < 5; ++m) {
+            std::vector<float> rows = opened.model->decode(opened.file.codes().shape(m));
+            const std::span<const float> own =
+                has_features ? file.shape(2 * m) : file.vertices(2 * m);
+            std::vector<float> truth(own.begin(), own.end());
+            if (has_features) {
+                opened.context().scale.scale(rows);
+                opened.context().scale.scale(truth);
+            }
+            for (std::size_t i = 0; i < rows.size(); ++i) {
+                squares +=
+                    std::pow(static_cast<double>(rows[i]) - static_cast<double>(truth[i]), 2);
+            }
+        }
+        ASSERT_TRUE(opened.context().squared_error.has_value());
+        EXPECT_GT(squares, 0);
+        EXPECT_NEAR(*opened.context().squared_error, squares, 1e-4 * squares) << kind;
+    }
+}
+
 /// Features of an arm with one frame in another unit and one whose vertices come from the other
 /// end, written by a program that has no warnings.
 void write_odd_features(const std::string& path) {
@@ -108,6 +138,7 @@ TEST_F(TrainingRun, ResumedWithAnotherFilterIsSavedAndObeyed) {
     train(changed);
     const std::vector<float> before = arrays();
     ASSERT_TRUE(std::ranges::any_of(open_run(run()).components(), &Component::kept));
+    changed.filter.rule = FilterRule::strength;
     changed.filter.minimum_strength = 1e9;
     const TrainingResult result = train(changed, true);
     EXPECT_EQ(result.state.epoch, 3);

@@ -59,13 +59,29 @@ struct TrainConfig {
     int checkpoint_every = 100;  // epochs; the last one is always saved
 };
 
-/// The redundancy filter ([A] §4.3), in the unit of the model (ShapeModel::unit).
+/// Which components are left out as redundant (docs/components.md).
+enum class FilterRule {
+    refit,    // those that the others, refitted, make up for
+    strength  // those that move little, [A] §4.3
+};
+
+/// The redundancy filter. Strengths are in the unit of the model (ShapeModel::unit).
 struct FilterConfig {
-    double minimum_strength = 0.01;    // epsilon_2
-    double minimum_share = 0.05;       // the same as a part of the strongest component's; paper: 0
+    FilterRule rule = FilterRule::refit;
+    /// refit: what the squared error of the training shapes may grow by in all, as a share of
+    /// itself
+    double refit_share = 0.1;
+    /// refit: components whose codes predict each other so well, or whose changes have such a
+    /// cosine, become one, within that share; 1: only what is the same
+    double alike = 0.95;
+    double minimum_strength = 0.01;    // strength: epsilon_2
+    double minimum_share = 0.05;       // strength: the same as a part of the strongest component's;
+                                       // paper: 0
     double relative_threshold = 0.01;  // epsilon_1 as a fraction of the component's peak
     double absolute_threshold =
         0.0;  // epsilon_1 itself; > 0 replaces the relative one (paper: 1e-6)
+
+    bool operator==(const FilterConfig&) const = default;
 };
 
 /// What is trained and how.

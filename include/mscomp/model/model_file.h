@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +29,9 @@ struct ModelContext {
     double largest_distance = 0;  // geodesic normaliser, unit of the mesh
     bool largest_distance_exact = false;
     std::vector<int> train_shapes, test_shapes;  // indices into the feature file
+    /// Sum of the squares of what the training shapes differ by from what their codes decode to, as
+    /// the scale counts features; none in files from before it was kept.
+    std::optional<double> squared_error;
 
     /// The reference as files have it (V).
     const TriangleMesh& mesh() const {

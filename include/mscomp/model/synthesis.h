@@ -23,7 +23,8 @@ class Synthesis {
     Synthesis(const ShapeModel& model, const std::vector<Component>& components);
 
     /// z_i = z_r,i + W_i (z_end,i - z_r,i) for the components of `weights`, z_r,i for all others:
-    /// (code_count()). A weight of 0 or 1 gives exactly z_r,i or z_end,i.
+    /// (code_count()). A weight of 0 or 1 gives exactly z_r,i or z_end,i. What was merged into a
+    /// component moves along with it.
     std::vector<float> codes(std::span<const ComponentWeight> weights) const;
     /// What `codes` change: Dec(z) - Dec(z_r) in the rows of the model. At the end of one component
     /// alone the same bits as Component::difference.
@@ -32,6 +33,7 @@ class Synthesis {
   private:
     const ShapeModel& model_;
     std::vector<float> reference_, end_;  // codes
+    std::vector<Component> moving_;       // what put_at needs of each
 };
 
 /// Where the codes of random shapes come from.

@@ -13,7 +13,7 @@
 namespace mscomp {
 
 struct ComponentExportOptions {
-    bool all = false;               // dropped components too
+    bool all = false;               // dropped and merged components too
     int tile = 240;                 // pixels of one picture in the overview
     std::optional<Point> up;        // otherwise guessed
     std::optional<Viewpoint> view;  // of all pictures; otherwise chosen for each

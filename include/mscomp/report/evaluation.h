@@ -17,6 +17,7 @@ struct EvaluationOptions {
     std::vector<int> handles;     // how many, for E_rms against their number
     std::vector<int> components;  // likewise
     std::string fit = "both";     // a choice of fits.h
+    bool kept = false;            // only what the filter keeps acts, with refitted codes
     std::string order = "auto";   // sequence | set | auto: by the run's split
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none

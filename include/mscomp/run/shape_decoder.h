@@ -33,6 +33,13 @@ class ShapeDecoder {
     /// Borrows the run and the file, which must be of its mesh (require_mesh_of). `check_stop` is
     /// called before every shape, perhaps from several threads, and may throw; it may be empty.
     ShapeDecoder(TrainedRun& run, const FeatureFile& file, std::function<void()> check_stop);
+    /// The same with another model in place of the one of the run, made of that; `codes` are its
+    /// codes of the training shapes.
+    ShapeDecoder(TrainedRun& run, ShapeModel& model, CodeTable codes, const FeatureFile& file,
+                 std::function<void()> check_stop);
+
+    /// Codes of the training shapes.
+    const CodeTable& training_codes() const { return training_codes_; }
 
     /// The vertices of a shape of the file on the places of the run, (W), as are all below.
     std::vector<Point> truth(int shape) const { return points_of(shapes_.vertices(shape)); }
@@ -73,6 +80,8 @@ class ShapeDecoder {
     const VertexFit& made(std::unique_ptr<VertexFit>& fit, VertexFitOptions options);
 
     TrainedRun& run_;
+    ShapeModel& model_;
+    CodeTable training_codes_;
     const FeatureFile& file_;
     SurfaceShapes shapes_;
     std::function<void()> check_stop_;

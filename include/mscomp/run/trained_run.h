@@ -24,7 +24,8 @@ struct TrainedRun {
     const TriangleMesh& reference() const { return context().reference; }
     /// All components, coarse to fine, judged by the filter of the configuration.
     std::vector<Component> components() {
-        return extract_components(*model, file.codes(), config.filter, *distances);
+        return extract_components(*model, file.codes(), config.filter, *distances, context().scale,
+                                  context().squared_error);
     }
 };
 

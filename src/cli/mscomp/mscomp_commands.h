@@ -118,6 +118,7 @@ struct EvaluateOptions {
     std::vector<int> handles;     // how many, for E_rms against their number
     std::vector<int> components;  // likewise
     std::string fit = "both";     // features | codes | vertices | both | all
+    bool kept = false;            // only what the filter keeps acts
     std::string order = "auto";   // sequence | set | auto: by the run's split
     int worst = 3;                // how many of the worst shapes are named and drawn
     std::string units;            // CSV of true weights; empty: none

@@ -224,6 +224,7 @@ void print_report(const EvaluateOptions& options, const ordered_json& report) {
               report["kind"].get<std::string>(), report["shapes"].get<int>(),
               report["shapes_in_set"].get<int>(), report["features_file"].get<std::string>(),
               report["split"].get<std::string>(), report["order"].get<std::string>());
+    if (report["kept_only"]) print_out("with the components that the filter keeps alone\n\n");
     print_measures(report);
     print_worst(report);
     print_curves(report);
@@ -264,6 +265,8 @@ void setup_evaluate(CLI::App& app) {
             "vertices; both: the first and the last")
         ->check(CLI::IsMember(fit_choices()))
         ->capture_default_str();
+    command->add_flag("--kept", options->kept,
+                      "Only with the components that the filter keeps, their codes refitted");
     command
         ->add_option("--components", options->components,
                      "Also with the N strongest components only; several numbers: N,N,...")
@@ -300,8 +303,9 @@ void run_evaluate(const EvaluateOptions& options) {
     std::optional<Progress> progress;
     EvaluationOptions evaluated{options.run,     options.features,   options.split,
                                 options.handles, options.components, options.fit,
-                                options.order,   options.worst,      options.units,
-                                options.truth,   options.output,     {}};
+                                 options.kept,    options.order,      options.worst,
+                                 options.units,   options.truth,      options.output,
+                                 {}};
     evaluated.on_progress = [&](std::int64_t done, std::int64_t total) {
         if (!progress) progress.emplace("evaluate", total, progress_options(options.common.quiet));
         progress->update(done);

@@ -24,7 +24,8 @@ void setup_export(CLI::App& app) {
         "export-components", "Write the learnt components as coloured meshes and one picture");
     command->add_option("RUN", options->run, "Run folder or model file")->required();
     command->add_option("-o,--output", options->output, "Folder to write to")->required();
-    command->add_flag("--all", options->all, "Also components that the redundancy filter drops");
+    command->add_flag("--all", options->all,
+                      "Also components that the redundancy filter drops or merges");
     command->add_option("--tile", options->tile, "Pixels per side of one component in overview.png")
         ->check(CLI::Range(64, 1024))
         ->capture_default_str();

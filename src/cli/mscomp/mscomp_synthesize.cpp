@@ -93,6 +93,11 @@ std::vector<const Component*> chosen_components(const std::vector<Component>& co
     return chosen;
 }
 
+std::string state_of(const Component& component) {
+    if (component.kept) return {};
+    return component.merged_into.empty() ? "  dropped" : "  merged into " + component.merged_into;
+}
+
 void print_list(const std::vector<Component>& components, const ModelContext& context, bool json) {
     const int vertices = context.reference.vertex_count();
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -103,7 +108,7 @@ void print_list(const std::vector<Component>& components, const ModelContext& co
         if (json) continue;
         print_out("{:7} {:5}  {:8.4g}  {:5.1f} %  {:9.3f} {:8.3f} {:8.3f}{}\n", c.id, c.level,
                   c.distance, 100.0 * c.support / vertices, c.code_reference, c.code_end,
-                  c.code_other, c.kept ? "" : "  dropped");
+                  c.code_other, state_of(c));
     }
     if (json) print_lines(json_text(list, 2) + "\n");
 }
