@@ -50,9 +50,9 @@ std::vector<float> mirrored_change(std::span<const float> change, const Mirror& 
         Eigen::Vector3f sum = Eigen::Vector3f::Zero();
         for (std::size_t k = 0; k < 3; ++k) {
             const auto corner = static_cast<std::size_t>(corners[k]);
-            sum += weights[k] * Eigen::Map<const Eigen::Vector3f>(&change[3 * corner]);
+            sum += weights[k] * Eigen::Map<const Eigen::Vector3f>(change.data() + 3 * corner);
         }
-        Eigen::Map<Eigen::Vector3f>(&result[3 * v]) = M * sum;
+        Eigen::Map<Eigen::Vector3f>(result.data() + 3 * v) = M * sum;
     }
     return result;
 }

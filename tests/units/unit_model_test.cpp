@@ -124,7 +124,7 @@ TEST_F(UnitModelTest, FindsTheUnitsOfFeaturesAndGivesShapesBack) {
 
 // However the shapes lie: a unit is where it moves something, and shapes come back in their form.
 TEST_F(UnitModelTest, FindsTheUnitsOfPositionsWhereverTheShapesLie) {
-    const MatrixXd codes = cases::switching_codes(40, 4);
+    const MatrixXd codes = cases::switching_codes(60, 4);
     const BallComponents planted = sphere_.components(4, 0.25, 37, 3);
     const MatrixXd changes = 0.2 * cases::dense(planted) * codes.transpose();
     const Positions shapes(sphere_.mesh, changes);
@@ -133,7 +133,7 @@ TEST_F(UnitModelTest, FindsTheUnitsOfPositionsWhereverTheShapesLie) {
     EXPECT_EQ(model->rows(), ShapeRows::positions);
     EXPECT_NEAR(model->unit(), 1, 1e-6);
     const auto learner = started(*model, shapes);
-    ASSERT_EQ(model->code_count(), 4);
+    ASSERT_EQ(model->code_count(), 4) << learner->notes().front();
     EXPECT_TRUE(learner->warnings().empty()) << learner->warnings().front();
     EXPECT_LT(learner->run_epoch().total, 1e-6);
     const CodeTable table = learner->codes();
