@@ -101,6 +101,7 @@ TEST_F(UnitsCommand, FindsThemInPositions) {
     run("mscomp train p.yaml -o p.run --quiet --set data.features=arm.safetensors", 0);
     run("mscomp units p.run -o v.run --quiet", 0);
     EXPECT_THAT(content("v.run/config.yaml"), HasSubstr("rows: positions"));
+    EXPECT_THAT(content("v.run/config.yaml"), HasSubstr("minimum_strength: 0 "));
     EXPECT_THAT(run("mscomp units u.run -o w.run --set model.rows=features", 2).err,
                 HasSubstr("changes of positions; wanted changes of features"));
 }

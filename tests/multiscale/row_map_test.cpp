@@ -72,6 +72,9 @@ TEST(RowMap, OfPositionsIsTheChangeOfWhatDoesNotRest) {
 
 TEST(RowMap, ComesBackAndIsZeroAtTheReference) {
     cases::Sphere sphere;
+    for (Point& p : sphere.mesh.vertices) {
+        for (double& x : p) x *= 3;
+    }
     for (const RowMap& map : {RowMap(sphere.scale), RowMap(sphere.mesh)}) {
         const auto width = at(map.width());
         std::vector<float> rest(at(sphere.vertices()) * width, 0.0F);
@@ -82,7 +85,7 @@ TEST(RowMap, ComesBackAndIsZeroAtTheReference) {
                                    ? kReferenceFeature[i % 9]
                                    : static_cast<float>(sphere.mesh.vertices[i / 3][i % 3]));
         }
-        const OneShape shape(lifted(sphere.mesh.vertices, 1));
+        const OneShape shape(lifted(sphere.mesh.vertices, 3));
         const std::vector<float> mapped = map.mapped(shape, 0);
         std::vector<float> row = mapped;
         map.unmap(row);
