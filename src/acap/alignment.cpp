@@ -85,8 +85,8 @@ RigidMotion best_rigid_motion(const std::vector<Point>& points, const std::vecto
 
 RigidMotion resting_motion(const std::vector<Point>& points, const std::vector<Point>& target) {
     // What is near beside the mean distance, smaller and smaller, and rounds with each.
-    constexpr double kNear[] = {1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01};
-    constexpr int kRounds = 5;
+    constexpr double kNear[] = {1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001};
+    constexpr int kRounds = 3;
     RigidMotion motion = best_rigid_motion(points, target);
     std::vector<double> squares = squares_left(points, motion, target);
     const double mean =

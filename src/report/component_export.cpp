@@ -110,8 +110,7 @@ class Sides {
     /// Of components in the order of `listed`.
     Sides(const TrainedRun& run, const std::vector<Component>& components,
           const std::vector<int>& listed) {
-        if (run.model->rows() != ShapeRows::features) return;
-        roots_ = area_metric(run.reference());
+        if (run.model->rows() == ShapeRows::features) roots_ = area_metric(run.reference());
         mirror_ = mirror_of(run.reference());
         if (!mirror_) return;
         std::vector<int> place(components.size());
@@ -129,9 +128,10 @@ class Sides {
     void describe(std::size_t i, const std::vector<ListedMotion>& listed, const Stance& stance,
                   nlohmann::ordered_json& json) const {
         json["acts"] = json["side"] = json["mirror_partner"] = nullptr;
-        if (roots_.empty()) return;
-        const std::string acts = way_of_acting(listed[i].component->difference, roots_);
-        if (!acts.empty()) json["acts"] = acts;
+        if (!roots_.empty()) {
+            const std::string acts = way_of_acting(listed[i].component->difference, roots_);
+            if (!acts.empty()) json["acts"] = acts;
+        }
         if (sides_.empty()) return;
         const std::string side = side_name(sides_[i], *mirror_, stance);
         if (!side.empty()) json["side"] = side;
@@ -139,7 +139,7 @@ class Sides {
     }
 
   private:
-    std::vector<float> roots_;
+    std::vector<float> roots_;  // of features
     std::optional<Mirror> mirror_;
     std::vector<ComponentSide> sides_;
 };

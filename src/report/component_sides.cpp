@@ -27,19 +27,42 @@ Eigen::Vector3d normal_of(const Mirror& mirror) {
 /// Rows as they count, of unit length where they are not zero.
 Eigen::VectorXf counted(std::span<const float> row, std::span<const float> roots) {
     Eigen::VectorXf result(static_cast<Eigen::Index>(row.size()));
+    const std::size_t width = row.size() / roots.size();
     for (std::size_t i = 0; i < row.size(); ++i) {
-        result[static_cast<Eigen::Index>(i)] = row[i] * roots[i / kFeatureDim];
+        result[static_cast<Eigen::Index>(i)] = row[i] * roots[i / width];
     }
     const float length = result.norm();
     return length > 0 ? Eigen::VectorXf(result / length) : result;
+}
+
+/// The mirror image of a change of features (V,9) or of positions (V,3).
+std::vector<float> mirrored_change(std::span<const float> change, const Mirror& mirror) {
+    const auto vertices = at(mirror.vertex_count());
+    if (change.size() == vertices * kFeatureDim) {
+        const MemoryFeatures one(change, mirror.vertex_count());
+        const MirroredFeatures both(one, mirror);
+        return {both.shape(1).begin(), both.shape(1).end()};
+    }
+    const Eigen::Matrix3f M = mirror.matrix.cast<float>();
+    std::vector<float> result(change.size());
+    for (std::size_t v = 0; v < vertices; ++v) {
+        const auto& [corners, weights] = mirror.partners[v];
+        Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto corner = static_cast<std::size_t>(corners[k]);
+            sum += weights[k] * Eigen::Map<const Eigen::Vector3f>(change.data() + 3 * corner);
+        }
+        Eigen::Map<Eigen::Vector3f>(result.data() + 3 * v) = M * sum;
+    }
+    return result;
 }
 
 /// |cosine| of each component (row) with the mirror image of each (column), of the nearer ends.
 Eigen::MatrixXf mirrored_cosines(std::span<const Component> components, const Mirror& mirror,
                                  std::span<const float> roots) {
     const auto count = static_cast<Eigen::Index>(components.size());
-    const auto vertices = static_cast<int>(roots.size());
-    Eigen::MatrixXf ends(static_cast<Eigen::Index>(roots.size()) * kFeatureDim, 2 * count);
+    const std::size_t size = components.empty() ? 0 : components.front().difference.size();
+    Eigen::MatrixXf ends(static_cast<Eigen::Index>(size), 2 * count);
     const auto end = [&](Eigen::Index column) -> const std::vector<float>& {
         const Component& c = components[at(column / 2)];
         return column % 2 == 0 ? c.difference : c.other_difference;
@@ -47,9 +70,8 @@ Eigen::MatrixXf mirrored_cosines(std::span<const Component> components, const Mi
     for (Eigen::Index k = 0; k < 2 * count; ++k) ends.col(k) = counted(end(k), roots);
     Eigen::MatrixXf all(2 * count, 2 * count);  // one image at a time: they may be large
     for (Eigen::Index k = 0; k < 2 * count; ++k) {
-        const MemoryFeatures one(end(k), vertices);
-        const MirroredFeatures both(one, mirror);
-        all.col(k) = (ends.transpose() * counted(both.shape(1), roots)).cwiseAbs();
+        const std::vector<float> image = mirrored_change(end(k), mirror);
+        all.col(k) = (ends.transpose() * counted(image, roots)).cwiseAbs();
     }
     Eigen::MatrixXf cosines(count, count);
     for (Eigen::Index k = 0; k < count; ++k) {
@@ -76,10 +98,11 @@ std::vector<ComponentSide> component_sides(std::span<const Component> components
     for (std::size_t k = 0; k < components.size(); ++k) {
         double along = 0, all = 0;
         const std::vector<float>& row = components[k].difference;
+        const std::size_t width = row.size() / roots.size();
         for (std::size_t i = 0; i < row.size(); ++i) {
-            const auto x = static_cast<double>(row[i] * roots[i / kFeatureDim]);
+            const auto x = static_cast<double>(row[i] * roots[i / width]);
             all += x * x;
-            along += is_along[i / kFeatureDim] ? x * x : 0;
+            along += is_along[i / width] ? x * x : 0;
         }
         if (all > 0) sides[k].part = along / all;
     }

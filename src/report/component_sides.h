@@ -21,9 +21,9 @@ struct ComponentSide {
     int partner = -1;  // the component that it is the mirror image of; -1: none
 };
 
-/// Of components whose differences are features (V,9), errors counted by area. Partners are each
-/// other's most alike: the mirror image of one end of one has a cosine of at least 0.7 with an end
-/// of the other, more than with any third. None is its own.
+/// Of components whose differences are features (V,9) or positions (V,3), counted by area. Partners
+/// are each other's most alike: the mirror image of one end of one has a cosine of at least 0.7
+/// with an end of the other, more than with any third. None is its own.
 std::vector<ComponentSide> component_sides(std::span<const Component> components,
                                            const TriangleMesh& reference, const Mirror& mirror);
 

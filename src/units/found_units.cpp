@@ -21,7 +21,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr double kNoises[] = {0.003, 0.01, 0.02, 0.04, 0.08};
-constexpr int kSubsets = 2;
+// How many switching units are found again differs much from one subset to another.
+constexpr int kSwitchingSubsets = 4, kTurningSubsets = 2;
 constexpr int kMostDirections = 60, kSpareShapes = 10;
 
 /// Four fifths of the shapes, drawn by their sizes beside all: the same in any order and unit.
@@ -106,8 +107,7 @@ std::vector<std::vector<int>> groups_of_like(const MatrixXd& gram) {
 MatrixXd read_codes(const MatrixXd& gram, const std::vector<int>& which, const MatrixXd& codes) {
     if (codes.cols() == 0) return MatrixXd(gram.rows(), 0);
     // C = P X of the shapes `which`.
-    const MatrixXd by_shapes =
-        codes.completeOrthogonalDecomposition().pseudoInverse();
+    const MatrixXd by_shapes = codes.completeOrthogonalDecomposition().pseudoInverse();
     const MatrixXd products = by_shapes * columns_of(gram, which).transpose();
     const MatrixXd square = by_shapes * part_of(gram, which) * by_shapes.transpose();
     return square.completeOrthogonalDecomposition().solve(products).transpose();
@@ -140,7 +140,8 @@ void hold_out(FoundUnits& found, const MatrixXd& like, const Search& search) {
         }
         const MatrixXd read = search(rest);
         MatrixXd alike = correlations(rows_of(found.units.codes, rest), rows_of(read, rest));
-        const MatrixXd there = correlations(rows_of(found.units.codes, group), rows_of(read, group));
+        const MatrixXd there =
+            correlations(rows_of(found.units.codes, group), rows_of(read, group));
         const MatrixXd varies = rows_of(found.units.codes, group);
         for (std::size_t k = 0; k < count; ++k) {
             const auto column = static_cast<Index>(k);
@@ -177,7 +178,7 @@ FoundUnits find_switching_units(const MatrixXd& gram) {
     const Shapes all(gram);
     std::vector<std::vector<int>> subsets;
     std::vector<Shapes> parts;
-    for (int s = 0; s < kSubsets; ++s) {
+    for (int s = 0; s < kSwitchingSubsets; ++s) {
         subsets.push_back(subset(gram, static_cast<unsigned>(s)));
         parts.emplace_back(part_of(gram, subsets.back()));
     }
@@ -185,9 +186,8 @@ FoundUnits find_switching_units(const MatrixXd& gram) {
     for (const double noise : kNoises) {
         FoundUnits found{code_route(gram, all.basis, noise), {}, {}, noise, 1};
         found.unexplained = unexplained(gram, found.units.codes);
-        find_again(found, subsets, [&](std::size_t s) {
-            return code_route(parts[s].gram, parts[s].basis, noise);
-        });
+        find_again(found, subsets,
+                   [&](std::size_t s) { return code_route(parts[s].gram, parts[s].basis, noise); });
         const bool is_better =
             found.score() > best.score() ||
             (found.score() == best.score() && found.units.count() < best.units.count());
@@ -207,7 +207,9 @@ FoundUnits find_turning_units(const MatrixXd& gram, const EdgeSample& sample,
     constexpr double kTurnNoises[] = {0.1, 0.2, 0.35, 0.5};
     constexpr double kMostUnexplained = 0.05;
     std::vector<std::vector<int>> subsets;
-    for (int s = 0; s < kSubsets; ++s) subsets.push_back(subset(like, static_cast<unsigned>(s)));
+    for (int s = 0; s < kTurningSubsets; ++s) {
+        subsets.push_back(subset(like, static_cast<unsigned>(s)));
+    }
     FoundUnits best;
     for (const double noise : kTurnNoises) {
         FoundUnits found{space_route(gram, sample, noise).units, {}, {}, noise, 1};

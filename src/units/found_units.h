@@ -12,8 +12,8 @@ namespace mscomp {
 /// Units, and how sure they are.
 struct FoundUnits {
     UnitCodes units;
-    /// (K) part of two random subsets of four fifths of the shapes in which the unit was found
-    /// again.
+    /// (K) part of some random subsets of four fifths of the shapes in which the unit was found
+    /// again: four for the code route, two for the space route.
     std::vector<double> again;
     /// (K) |correlation| of its codes in groups of like shapes with what is read there by units
     /// found without the group, mean over the groups; 0 where it was not found.

@@ -48,7 +48,9 @@ VectorXd sizes_at(const QuietSearch& search, const VectorXd& weights) {
 }  // namespace
 
 ShapeBasis shape_basis(const MatrixXd& gram, int most) {
-    constexpr double kRounding = 1e-12;  // of the largest square
+    // Of the largest square: positions are float, and what moves by a hundredth of their size has
+    // five digits left.
+    constexpr double kRounding = 1e-8;
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
     const VectorXd squares = solver.eigenvalues().reverse().cwiseMax(0);
     Index count = std::min<Index>(most, gram.rows());

@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "mscomp/base/error.h"
+#include "mscomp/base/index.h"
+#include "mscomp/base/parallel.h"
 #include "multiscale/given_balls.h"
 #include "units/unit_components.h"
 
@@ -64,9 +66,9 @@ UnitLearner::UnitLearner(UnitModel& model, const UnitSettings& settings, const S
 MetricRows UnitLearner::rows() const {
     const RowMap& map = model_.map();
     MetricRows rows(shapes_.vertex_count(), static_cast<int>(train_.size()), map.width());
-    for (std::size_t m = 0; m < train_.size(); ++m) {
-        rows.set(static_cast<int>(m), map.mapped(shapes_, train_[m]));
-    }
+    parallel_for(std::ssize(train_), [&](std::int64_t m) {
+        rows.set(static_cast<int>(m), map.mapped(shapes_, train_[at(m)]));
+    });
     return rows;
 }
 

@@ -44,6 +44,35 @@ TEST(Alignment, NoNearbyMotionIsBetter) {
     }
 }
 
+// A third of the shape moves, smoothly at its border: the rest comes to lie where it was, in any
+// unit, which the best motion, spreading the change over all, does not do.
+TEST(Alignment, WhatRestsLiesStill) {
+    for (const double size : {1e-6, 1.0, 1e6}) {
+        const TriangleMesh mesh =
+            mapped(bumpy_sphere(2), [&](const Vector3d& p) -> Vector3d { return size * p; });
+        const Matrix3d turn = rotation_about({1, 2, -1}, 0.4);
+        const auto is_at_rest = [&](const Vector3d& p) { return p.y() < 0.4 * size; };
+        const TriangleMesh shape = mapped(mesh, [&](const Vector3d& p) -> Vector3d {
+            const double lift = is_at_rest(p) ? 0 : p.y() - 0.4 * size;
+            return turn * (p + Vector3d(0, 0.2 * lift, 0.8 * lift)) + size * Vector3d(5, -3, 2);
+        });
+        const auto farthest_at_rest = [&](const RigidMotion& motion) {
+            const std::vector<Point> placed = moved(shape.vertices, motion);
+            double most = 0;
+            for (std::size_t v = 0; v < placed.size(); ++v) {
+                if (!is_at_rest(vec(mesh.vertices[v]))) continue;
+                most = std::max(most, (vec(placed[v]) - vec(mesh.vertices[v])).norm() / size);
+            }
+            return most;
+        };
+        EXPECT_GT(farthest_at_rest(best_rigid_motion(shape.vertices, mesh.vertices)), 0.05);
+        EXPECT_LT(farthest_at_rest(resting_motion(shape.vertices, mesh.vertices)), 1e-3);
+    }
+    const TriangleMesh mesh = bumpy_sphere(1);
+    const RigidMotion none = resting_motion(mesh.vertices, mesh.vertices);
+    EXPECT_LT(largest(none.rotation - Matrix3d::Identity()), 1e-14);
+}
+
 TEST(Alignment, NeverMirrors) {
     const TriangleMesh mesh = bumpy_sphere(1);
     const TriangleMesh mirror =

@@ -76,6 +76,36 @@ TEST_F(UnitsCommand, TurnsTheComponentsOfARunIntoUnits) {
     EXPECT_GT(json_of("mscomp evaluate u.run --quiet").at("component_list").size(), 0U);
 }
 
+// The same commands, the same lists; a run of positions gives units of positions.
+TEST_F(UnitsCommand, FindsThemInPositions) {
+    run("mscomp units arm.safetensors -o u.run --positions --quiet", 0);
+    EXPECT_THAT(content("u.run/config.yaml"), HasSubstr("rows: positions"));
+    const auto report = json_of("mscomp evaluate u.run --split all --fit both --quiet");
+    ASSERT_FALSE(report.at("component_list").empty());
+    for (const auto& component : report.at("component_list")) {
+        EXPECT_TRUE(component.at("kept"));
+        EXPECT_GE(component.at("votes"), 2);
+    }
+    EXPECT_LE(report.at("vertices").at("rms_error").get<double>(),
+              report.at("features").at("rms_error").get<double>() * (1 + 1e-9));
+    run("mscomp export-components u.run -o parts --tile 64 --quiet", 0);
+    const auto listed = nlohmann::json::parse(content("parts/components.json")).at("components");
+    EXPECT_EQ(listed.size(), report.at("component_list").size());
+    for (const auto& component : listed) EXPECT_TRUE(component.contains("side"));
+    run("mscomp synthesize u.run --weight 0=1 -o one.obj --quiet", 0);
+    run("mscomp reconstruct u.run arm.safetensors -o decoded --quiet", 0);
+    run("mscomp train u.run/config.yaml -o again.run --threads 1 --quiet", 0);
+    EXPECT_EQ(content("again.run/checkpoint.safetensors"), content("u.run/checkpoint.safetensors"));
+
+    run("mscomp init pca > p.yaml", 0);
+    run("mscomp train p.yaml -o p.run --quiet --set data.features=arm.safetensors", 0);
+    run("mscomp units p.run -o v.run --quiet", 0);
+    EXPECT_THAT(content("v.run/config.yaml"), HasSubstr("rows: positions"));
+    EXPECT_THAT(content("v.run/config.yaml"), HasSubstr("minimum_strength: 0 "));
+    EXPECT_THAT(run("mscomp units u.run -o w.run --set model.rows=features", 2).err,
+                HasSubstr("changes of positions; wanted changes of features"));
+}
+
 TEST_F(UnitsCommand, AtMostSoMany) {
     run("mscomp units arm.safetensors -o u.run --components 3 --quiet", 0);
     EXPECT_EQ(json_of("mscomp evaluate u.run --quiet").at("component_list").size(), 3U);
@@ -93,8 +123,10 @@ TEST_F(UnitsCommand, SaysWhatCannotBe) {
     run("mscomp train p.yaml -o p.run --quiet --set data.features=arm.safetensors "
         "--set model.components=3",
         0);
-    EXPECT_THAT(run("mscomp units p.run -o u.run", 2).err,
-                HasSubstr("whose components are changes of positions"));
+    EXPECT_THAT(run("mscomp units p.run -o u.run --set model.rows=features", 2).err,
+                HasSubstr("changes of positions; wanted changes of features"));
+    EXPECT_THAT(run("mscomp refine p.run -o r.run", 2).err,
+                HasSubstr("changes of positions; wanted changes of features"));
     EXPECT_THAT(run("mscomp units nothing.safetensors -o u.run", 4).err,
                 HasSubstr("nothing.safetensors"));
     // Joints: the whole arm follows.

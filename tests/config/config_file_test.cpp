@@ -8,6 +8,7 @@
 #include "config/config_cases.h"
 #include "mscomp/base/error.h"
 #include "mscomp/kinds/kinds.h"
+#include "mscomp/units/units.h"
 
 namespace mscomp {
 namespace {
@@ -280,6 +281,24 @@ TEST(ConfigFile, UnknownKindListsTheKnownOnes) {
     } catch (const UsageError& error) {
         EXPECT_THAT(error.what(), HasSubstr("stacked-attention"));
     }
+}
+
+// What units change is their own to say; the filter counts in what that is.
+TEST(ConfigFile, UnitsChangeFeaturesOrPositions) {
+    const std::string yaml = kData + "model: {kind: units, rows: positions}\n";
+    const Config config = parse_config(yaml, "c");
+    EXPECT_EQ(config.own<UnitSettings>().rows, ShapeRows::positions);
+    EXPECT_EQ(kind_named("units").rows(config), ShapeRows::positions);
+    EXPECT_EQ(config.filter.minimum_strength, 0) << "votes choose";
+    EXPECT_EQ(config.filter.minimum_share, 0);
+    EXPECT_EQ(kind_named("units").rows(default_config("units")), ShapeRows::features);
+    const std::string text = write_config(config, true);
+    EXPECT_THAT(text, HasSubstr("rows: positions"));
+    EXPECT_THAT(text, HasSubstr("as parts of the radius of the reference"));
+    EXPECT_EQ(write_config(parse_config(text, "c"), true), text);
+    EXPECT_THAT(write_config(default_config("units"), true), HasSubstr("in unscaled features"));
+    EXPECT_THAT(refusal_of(kData, {"model.kind=units", "model.rows=vertices"}).message,
+                HasSubstr("wanted"));
 }
 
 // Keys and defaults are those of the kind, wherever it is named.

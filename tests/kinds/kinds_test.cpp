@@ -20,6 +20,7 @@
 #include "mscomp/model/model_file.h"
 #include "mscomp/multiscale/multiscale.h"
 #include "mscomp/nn/kinds.h"
+#include "mscomp/units/units.h"
 #include "nn/network.h"
 #include "nn/network_files.h"
 #include "nn/small_training.h"
@@ -65,11 +66,21 @@ class MemoryShapes final : public ShapeSet {
     std::vector<float> features_, vertices_;
 };
 
+/// All kinds, and those of other rows than they have by default.
+std::vector<std::string> variants() {
+    std::vector<std::string> all = kind_names();
+    all.emplace_back("units of positions");
+    return all;
+}
+
 class EachKind : public testing::TestWithParam<std::string> {
   protected:
     void SetUp() override {
         set_thread_count(1);  // many tiny passes
-        config_ = default_config(GetParam());
+        config_ = default_config(kind());
+        if (GetParam().ends_with(" of positions")) {
+            config_.own<UnitSettings>().rows = ShapeRows::positions;
+        }
         // Small, whichever of these the kind has.
         if (auto* stacked = std::any_cast<StackedSettings>(&config_.settings)) {
             for (LevelConfig& level : stacked->model.levels) level.components = 3;
@@ -98,15 +109,18 @@ class EachKind : public testing::TestWithParam<std::string> {
         }
     }
     /// Over after one epoch: it has no rate, and nothing to descend.
-    bool is_closed_form() const { return GetParam() == "units" || !works_on_features(); }
-    bool works_on_features() const { return kind_named(GetParam()).rows == ShapeRows::features; }
+    bool is_closed_form() const { return kind() == "units" || kind() == "pca"; }
+    bool works_on_features() const {
+        return kind_named(kind()).rows(config_) == ShapeRows::features;
+    }
+    static std::string kind() { return GetParam().substr(0, GetParam().find(' ')); }
     std::unique_ptr<LearnedModel> make(ModelUse use = ModelUse::training) {
         const std::size_t edges =
             one_rings_of_faces(problem_.mesh.vertex_count(), problem_.mesh.faces).neighbors.size();
         const ModelPlace place{problem_.mesh, problem_.distances, scale_, use, 12, [edges] {
                                    return std::vector<double>(edges, 1.0);
                                }};
-        return kind_named(GetParam()).make(config_, place);
+        return kind_named(kind()).make(config_, place);
     }
     std::unique_ptr<Learner> train(LearnedModel& model, int epochs) {
         auto learner = model.learner(shapes_, problem_.shapes);
@@ -267,7 +281,7 @@ TEST_P(EachKind, WhatTrainsIsNotTakenForAstray) {
 // The reference is at zero, and without biases what is zero comes back as zero: training moves it
 // nowhere.
 TEST_P(EachKind, GivesItsReferenceBack) {
-    if (!works_on_features()) GTEST_SKIP() << "principal components are around the mean";
+    if (kind() == "pca") GTEST_SKIP() << "principal components are around the mean";
     use_scale(2);
     if (auto* stacked = std::any_cast<StackedSettings>(&config_.settings)) {
         stacked->model.bias = false;
@@ -278,7 +292,10 @@ TEST_P(EachKind, GivesItsReferenceBack) {
     for (const float code : codes) EXPECT_EQ(code, 0.0F);
     const std::vector<float> rows = model->decode(codes);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        ASSERT_EQ(rows[i], kReferenceFeature[i % kFeatureDim]) << i;
+        const float rest = works_on_features()
+                               ? kReferenceFeature[i % kFeatureDim]
+                               : static_cast<float>(problem_.mesh.vertices[i / 3][i % 3]);
+        ASSERT_EQ(rows[i], rest) << i;
     }
 }
 
@@ -327,7 +344,7 @@ TEST_P(EachKind, JointCodesAreNoFartherThanThoseOfTheEncoder) {
     FeatureFitOptions options;
     options.scale = scale_;
     const FeatureFit fit(*model, options);
-    const bool is_joint = GetParam() == "multiscale" || GetParam() == "units";
+    const bool is_joint = kind() == "multiscale" || kind() == "units";
     const std::vector<int> some{1, 4, 7};
     const CodeTable table = model->encode(shapes_, some);
     for (int m = 0; m < 3; ++m) {
@@ -351,6 +368,16 @@ TEST_P(EachKind, JointCodesAreNoFartherThanThoseOfTheEncoder) {
         EXPECT_LE(from_zero.steps, 2);
         EXPECT_NEAR(from_zero.rms, initial, 1e-5 * initial);
     }
+}
+
+// What the configuration says the codes decode to is what the model says.
+TEST_P(EachKind, DecodesToTheRowsOfItsConfiguration) {
+    const auto model = make();
+    EXPECT_EQ(model->rows(), kind_named(kind()).rows(config_));
+    const auto size = problem_.mesh.vertices.size() * at(row_width(model->rows()));
+    const auto learner = train(*model, 1);
+    EXPECT_EQ(model->decode(std::vector<float>(at(model->code_count()))).size(), size);
+    EXPECT_EQ(works_on_features(), GetParam() != "pca" && GetParam() != "units of positions");
 }
 
 // What everything else builds on: change() is the difference of two decode(), derivatives() are
@@ -390,7 +417,7 @@ std::string name_of(const testing::TestParamInfo<std::string>& info) {
     }
     return name;
 }
-INSTANTIATE_TEST_SUITE_P(Kinds, EachKind, testing::ValuesIn(kind_names()), name_of);
+INSTANTIATE_TEST_SUITE_P(Kinds, EachKind, testing::ValuesIn(variants()), name_of);
 
 TEST(ModelKinds, UnknownOnesAreRefusedWithTheKnownOnes) {
     try {

@@ -40,10 +40,10 @@ struct Sphere {
         return result;
     }
     /// Random values of unit length on balls around every `step`-th vertex.
-    BallComponents components(int count, double radius, int step = 17) {
+    BallComponents components(int count, double radius, int step = 17, int width = kFeatureDim) {
         std::vector<Ball> balls;
         for (int k = 0; k < count; ++k) balls.push_back(ball(k * step % vertices(), radius));
-        BallComponents result(vertices(), std::move(balls));
+        BallComponents result(vertices(), std::move(balls), width);
         const CounterRandom random(5, 0);
         for (std::size_t i = 0; i < result.all_values().size(); ++i) {
             result.all_values()[i] = static_cast<float>(random.normal(i));
@@ -63,24 +63,26 @@ inline Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns,
     return result;
 }
 
-/// All components as columns (9V,K).
+/// All components as columns (width V,K).
 inline Eigen::MatrixXd dense(const BallComponents& components) {
+    const auto width = at(components.width());
     Eigen::MatrixXd result =
-        Eigen::MatrixXd::Zero(9 * components.vertex_count(), components.count());
+        Eigen::MatrixXd::Zero(components.width() * components.vertex_count(), components.count());
     for (int k = 0; k < components.count(); ++k) {
         const std::vector<float> values = components.component(k);
         const std::vector<int>& ball = components.balls()[at(k)].vertices;
         for (std::size_t i = 0; i < values.size(); ++i) {
-            result(9 * ball[i / 9] + static_cast<Eigen::Index>(i % 9), k) =
+            result(components.width() * ball[i / width] + static_cast<Eigen::Index>(i % width), k) =
                 static_cast<double>(values[i]);
         }
     }
     return result;
 }
 
-/// Rows of shapes (9V,n).
-inline MetricRows rows_of(const Eigen::MatrixXd& shapes) {
-    MetricRows rows(static_cast<int>(shapes.rows() / 9), static_cast<int>(shapes.cols()));
+/// Rows of shapes (width V,n).
+inline MetricRows rows_of(const Eigen::MatrixXd& shapes, int width = kFeatureDim) {
+    MetricRows rows(static_cast<int>(shapes.rows()) / width, static_cast<int>(shapes.cols()),
+                    width);
     for (Eigen::Index m = 0; m < shapes.cols(); ++m) {
         const Eigen::VectorXf row = shapes.col(m).cast<float>();
         rows.set(static_cast<int>(m), {row.data(), at(row.size())});

@@ -38,13 +38,15 @@ TEST(BallComponents, GiveBackWhatTheyWereGiven) {
     }
 }
 
-// Against dense algebra.
-TEST(JointCodes, AreTheLeastSquaresOfAllComponentsAtOnce) {
+// Against dense algebra, in features and in positions.
+class JointCodesOf : public testing::TestWithParam<int> {};
+
+TEST_P(JointCodesOf, AreTheLeastSquaresOfAllComponentsAtOnce) {
     cases::Sphere sphere;
-    const BallComponents components = sphere.components(20, 0.35);
+    const BallComponents components = sphere.components(20, 0.35, 17, GetParam());
     const MatrixXd C = cases::dense(components);
     const MatrixXd shapes = cases::random_matrix(C.rows(), 5, 1);
-    const MetricRows rows = cases::rows_of(shapes);
+    const MetricRows rows = cases::rows_of(shapes, GetParam());
     const MatrixXd rounded = shapes.cast<float>().cast<double>();
     const MatrixXd gram = C.transpose() * C;
     EXPECT_LT((gram_matrix(components) - gram).norm(), 1e-12);
@@ -58,6 +60,7 @@ TEST(JointCodes, AreTheLeastSquaresOfAllComponentsAtOnce) {
     const Eigen::VectorXd product = products(components, std::span(one.data(), at(one.size())));
     EXPECT_LT((product - C.transpose() * rounded.col(2)).norm(), 1e-10);
 }
+INSTANTIATE_TEST_SUITE_P(Widths, JointCodesOf, testing::Values(9, 3));
 
 // What components make has their codes; a component that is zero has the code 0.
 TEST(JointCodes, OfASumAreItsCodes) {

@@ -79,6 +79,30 @@ TEST_F(Sides, ArePartnersWhereOneIsTheMirrorImageOfTheOther) {
     EXPECT_EQ(side_name(sides[0], *mirror_, flank), "");
 }
 
+// The image of a displacement d at p is M d at the reflected p.
+TEST_F(Sides, OfDisplacementsAreThoseOfTheirVectors) {
+    ASSERT_TRUE(mirror_);
+    const auto field = [&](const Point& place, const Eigen::Vector3d& way) {
+        std::vector<float> row;
+        for (const Point& p : mesh_.vertices) {
+            const double away = std::hypot(p[0] - place[0], p[1] - place[1], p[2] - place[2]);
+            for (const double x : way) row.push_back(static_cast<float>(x * std::exp(-4 * away)));
+        }
+        return row;
+    };
+    const Point right{-0.9, 0, 0.4}, left = mirror_->reflected(right);
+    const Eigen::Vector3d way(1, 1, 0.5);
+    const std::vector<Component> all{component(field(right, way)), component(field(left, way)),
+                                     component(field(left, mirror_->matrix * way))};
+    const auto sides = component_sides(all, mesh_, *mirror_);
+    EXPECT_EQ(sides[0].partner, 2) << "not the one that goes the same way";
+    EXPECT_EQ(sides[2].partner, 0);
+    EXPECT_EQ(sides[1].partner, -1);
+    const Stance seen{{0, 1, 0}, {0, 0, 1}};
+    EXPECT_EQ(side_name(sides[0], *mirror_, seen), "right");
+    EXPECT_EQ(side_name(sides[2], *mirror_, seen), "left");
+}
+
 TEST_F(Sides, WhatDoesNothingIsNowhere) {
     const std::vector<float> nothing(9 * vertices());
     const std::vector<Component> all{component(nothing), component(nothing)};

@@ -18,6 +18,7 @@
 #include "mscomp/run/run_folder.h"
 #include "mscomp/run/shape_decoder.h"
 #include "mscomp/run/trained_run.h"
+#include "mscomp/units/units.h"
 #include "run/run_cases.h"
 
 namespace mscomp {
@@ -225,9 +226,18 @@ TEST_F(TrainingRun, ConfigChangeNamesWhatDiffers) {
 // codes fitted to the vertices are never farther, and both decode where the codes say.
 class EveryKindOfRun : public TrainingRun, public testing::WithParamInterface<std::string> {};
 
+std::vector<std::string> kinds_and_rows() {
+    std::vector<std::string> all = kind_names();
+    all.emplace_back("units of positions");
+    return all;
+}
+
 TEST_P(EveryKindOfRun, EncodesDecodesAndFits) {
-    if (GetParam() == "units") cases::extracted_arm(features_, 30);  // it wants 12 to train on
-    train(config(GetParam()));
+    const std::string kind = GetParam().substr(0, GetParam().find(' '));
+    if (kind == "units") cases::extracted_arm(features_, 30);  // it wants 12 to train on
+    Config config = this->config(kind);
+    if (GetParam() != kind) config.own<UnitSettings>().rows = ShapeRows::positions;
+    train(config);
     TrainedRun opened = open_run(run(), 4);
     const FeatureFile file(features_);
     ShapeDecoder decoder(opened, file, [] {});
@@ -245,10 +255,11 @@ TEST_P(EveryKindOfRun, EncodesDecodesAndFits) {
         EXPECT_EQ(again.front().rows, encoded[m].rows);
     }
 }
-INSTANTIATE_TEST_SUITE_P(Kinds, EveryKindOfRun, testing::ValuesIn(kind_names()),
+INSTANTIATE_TEST_SUITE_P(Kinds, EveryKindOfRun, testing::ValuesIn(kinds_and_rows()),
                          [](const auto& kind) {
                              std::string name = kind.param;
                              std::erase(name, '-');
+                             std::erase(name, ' ');
                              return name;
                          });
 

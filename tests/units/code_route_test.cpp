@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "units/found_units.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -8,6 +6,7 @@
 #include <numeric>
 
 #include "multiscale/ball_cases.h"
+#include "units/found_units.h"
 #include "units/planted_units.h"
 #include "units/quiet_codes.h"
 

@@ -22,7 +22,7 @@ RigidMotion best_rigid_motion(const std::vector<Point>& points, const std::vecto
 
 /// The rigid motion after which what rests lies still, whatever the others do: lowers Σ φ(|R p_i +
 /// t
-/// - q_i|), φ growing like the root of its argument, by reweighting (35 weighted Procrustes
+/// - q_i|), φ growing like the root of its argument, by reweighting (30 weighted Procrustes
 /// problems) from the best motion. Of points that all move it is one of many that bring some of
 /// them home.
 RigidMotion resting_motion(const std::vector<Point>& points, const std::vector<Point>& target);
