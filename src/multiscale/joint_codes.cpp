@@ -120,8 +120,7 @@ std::vector<float> weighted_sum(const BallComponents& components, std::span<cons
         }
     };
     with_width(components.width(), [&]<int Width>() {
-        for_vertices(components.vertex_count(),
-                     [&](int v) { add.template operator()<Width>(v); });
+        for_vertices(components.vertex_count(), [&](int v) { add.template operator()<Width>(v); });
     });
     return row;
 }

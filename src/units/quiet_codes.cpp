@@ -72,8 +72,7 @@ QuietReadout quiet_readout(const QuietSearch& search, const VectorXd& here) {
                 const double size = found.sizes[i];
                 const double square = size * size + near * near;
                 found.loudness += std::pow(square, kPower / 2);
-                weights[i] =
-                    (size < 0 ? search.below_zero : 1) * std::pow(square, kPower / 2 - 1);
+                weights[i] = (size < 0 ? search.below_zero : 1) * std::pow(square, kPower / 2 - 1);
             }
         }
     }

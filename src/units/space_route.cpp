@@ -51,8 +51,9 @@ Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
     const MatrixXd vectors = basis.places / std::sqrt(static_cast<double>(shapes));
     // Of mean square 1 over the edges of the mesh in each direction.
     const auto places = static_cast<double>(sample.values.rows() / 3);
-    const MatrixXd at_places = std::sqrt(places * sample.edges_of_each) *
-                               (sample.values * (vectors * basis.sizes.cwiseInverse().asDiagonal()));
+    const MatrixXd at_places =
+        std::sqrt(places * sample.edges_of_each) *
+        (sample.values * (vectors * basis.sizes.cwiseInverse().asDiagonal()));
     const QuietSearch search{at_places, 3,
                              places * (kNoise * basis.size / basis.sizes.array()).square(), 3, 1};
     struct Start {
@@ -76,7 +77,8 @@ Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
                 std::vector<double>(starts.size())};
     parallel_for(count, [&](std::int64_t i) {
         const Start& start = starts[at(i)];
-        const VectorXd here = at_places.middleRows(3 * start.place, 3).transpose() * start.direction;
+        const VectorXd here =
+            at_places.middleRows(3 * start.place, 3).transpose() * start.direction;
         const QuietReadout found = quiet_readout(search, here);
         turns.changes.col(i) = found.weights.normalized();
         turns.codes.col(i) = vectors * basis.sizes.cwiseProduct(turns.changes.col(i));
@@ -151,8 +153,8 @@ std::vector<int> needed(const MatrixXd& codes, const MatrixXd& changes, double a
     const VectorXd own = codes.colwise().squaredNorm().transpose();
     while (codes.cols() > 0) {
         const VectorXd left = of_changes.squares();
-        const VectorXd strength =
-            (left.array() >= kLeastPlace).select(own.cwiseProduct(left), VectorXd::Zero(own.size()));
+        const VectorXd strength = (left.array() >= kLeastPlace)
+                                      .select(own.cwiseProduct(left), VectorXd::Zero(own.size()));
         if (!(strength.maxCoeff(&i) >= kLeastElsewhere * all)) break;
         take(i);
     }
@@ -181,8 +183,8 @@ EdgeSample edge_sample(const MetricRows& turns, const std::vector<Point>& middle
         moving.push_back(e);
         middles_of_moving.push_back(middles[at(e)]);
     }
-    std::vector<int> seeds =
-        farthest_point_samples(middles_of_moving, std::min(kSeeds, static_cast<int>(moving.size())));
+    std::vector<int> seeds = farthest_point_samples(
+        middles_of_moving, std::min(kSeeds, static_cast<int>(moving.size())));
     for (int& seed : seeds) seed = moving[at(seed)];
     std::vector<int> edges = farthest_point_samples(middles, std::min(kPlaces, edge_count));
     edges.insert(edges.end(), seeds.begin(), seeds.end());

@@ -13,9 +13,9 @@ namespace mscomp {
 /// Relative rotations at some edges that lie evenly over a mesh, and which of these read-outs begin
 /// at.
 struct EdgeSample {
-    Eigen::MatrixXd values;     // (3n,N) of all shapes
-    std::vector<int> seeds;     // places in the sample, evenly over the edges that move
-    double edges_of_each = 1;   // how many edges of the mesh one of the sample stands for
+    Eigen::MatrixXd values;    // (3n,N) of all shapes
+    std::vector<int> seeds;    // places in the sample, evenly over the edges that move
+    double edges_of_each = 1;  // how many edges of the mesh one of the sample stands for
 };
 
 /// Of relative rotations (E,3) of N shapes along edges with these middles. Read-outs begin at edges
@@ -37,8 +37,8 @@ struct TurningUnits {
 /// span which is 1 there and as quiet as possible at all other edges; its code is x·d. Those whose
 /// codes correlate by 0.95 are one, the quietest stands for them, three have to agree. Of these
 /// are taken, the strongest of what is left first, those whose codes the others leave, and then
-/// those that the others leave in space. `noise`: the part of the length of all shapes, about, that is
-/// no movement.
+/// those that the others leave in space. `noise`: the part of the length of all shapes, about, that
+/// is no movement.
 TurningUnits space_route(const Eigen::MatrixXd& gram, const EdgeSample& sample, double noise);
 
 }  // namespace mscomp

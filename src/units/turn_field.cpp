@@ -43,8 +43,7 @@ Vector3d log_near(const Matrix3d& rotation, const Vector3d& near) {
 /// J_l(r)⁻¹ of r on any turn; at whole turns, where there is none, the least change.
 Matrix3d inverse_left_jacobian(const Vector3d& r) {
     const Matrix3d jacobian = rotation_left_jacobian(r);
-    const Matrix3d square =
-        jacobian.transpose() * jacobian + 1e-14 * Matrix3d::Identity();
+    const Matrix3d square = jacobian.transpose() * jacobian + 1e-14 * Matrix3d::Identity();
     return square.inverse() * jacobian.transpose();
 }
 
@@ -60,10 +59,10 @@ void for_chunks(std::size_t count, const Body& body) {
 
 /// Where integration has come to.
 struct TurnField::State {
-    std::vector<Matrix3d> along_tree, rotations;      // (V) before and after the correction
-    std::vector<Vector3d> vectors;                    // (V) of the latter
-    std::vector<Matrix3d> seen;                       // (E) R_i exp(ρ) R_jᵀ along the tree
-    std::vector<Vector3d> residuals, correction;      // (E) its logarithm, (V) δ
+    std::vector<Matrix3d> along_tree, rotations;  // (V) before and after the correction
+    std::vector<Vector3d> vectors;                // (V) of the latter
+    std::vector<Matrix3d> seen;                   // (E) R_i exp(ρ) R_jᵀ along the tree
+    std::vector<Vector3d> residuals, correction;  // (E) its logarithm, (V) δ
 };
 
 TurnField::TurnField(const TriangleMesh& mesh, std::vector<int> roots)
@@ -155,9 +154,8 @@ std::vector<std::vector<int>> TurnField::pieces() const {
 std::vector<float> TurnField::turns_of(std::span<const float> features) const {
     std::vector<Matrix3d> rotations(at(vertex_count_));
     for_chunks(rotations.size(), [&](std::size_t v) {
-        rotations[v] = rotation_exp(Eigen::Map<const Eigen::Vector3f>(
-                                        features.data() + v * kFeatureDim)
-                                        .cast<double>());
+        rotations[v] = rotation_exp(
+            Eigen::Map<const Eigen::Vector3f>(features.data() + v * kFeatureDim).cast<double>());
     });
     std::vector<float> turns(3 * edges_.size());
     for_chunks(edges_.size(), [&](std::size_t e) {
@@ -188,8 +186,8 @@ TurnField::State TurnField::state_of(const std::vector<Vector3d>& turns,
     state.residuals.resize(edges_.size());
     for_chunks(edges_.size(), [&](std::size_t e) {
         const auto [i, j] = edges_[e];
-        state.seen[e] = state.along_tree[at(i)] * rotation_exp(turns[e]) *
-                        state.along_tree[at(j)].transpose();
+        state.seen[e] =
+            state.along_tree[at(i)] * rotation_exp(turns[e]) * state.along_tree[at(j)].transpose();
         state.residuals[e] = rotation_log(state.seen[e]);
     });
     state.correction = corrected(state.residuals);
@@ -269,8 +267,7 @@ std::vector<std::vector<Vector3d>> TurnField::derivatives(
         std::vector<Vector3d>& change = changes[at(d)];
         change.resize(vertices);
         for (std::size_t v = 0; v < vertices; ++v) {
-            change[v] =
-                of_vector[v] * (of_correction[v] * correction[v] + carried[v] * spins[v]);
+            change[v] = of_vector[v] * (of_correction[v] * correction[v] + carried[v] * spins[v]);
         }
     });
     return changes;

@@ -50,7 +50,8 @@ void TurningShapes::place_roots(const TriangleMesh& mesh) {
     std::vector<int> roots;
     for (const std::vector<int>& piece : field_.pieces()) {
         roots.push_back(*std::ranges::min_element(piece, [&](int a, int b) {
-            return squares_[at(a)] < squares_[at(b)] || (squares_[at(a)] == squares_[at(b)] && a < b);
+            return squares_[at(a)] < squares_[at(b)] ||
+                   (squares_[at(a)] == squares_[at(b)] && a < b);
         }));
     }
     field_ = TurnField(mesh, std::move(roots));
@@ -98,9 +99,9 @@ TurnField::Direction TurningComponents::weighted(std::span<const float> codes) c
         const std::span<const int> acting = turns_.at_vertex(e);
         const std::span<const float> values = turns_.values(e);
         for (std::size_t a = 0; a < acting.size(); ++a) {
-            sum.turns[at(e)] += static_cast<double>(codes[at(acting[a])]) *
-                                Eigen::Map<const Eigen::Vector3f>(values.data() + 3 * a)
-                                    .cast<double>();
+            sum.turns[at(e)] +=
+                static_cast<double>(codes[at(acting[a])]) *
+                Eigen::Map<const Eigen::Vector3f>(values.data() + 3 * a).cast<double>();
         }
     }
     for (Index p = 0; p < roots_.cols() / 3; ++p) {
@@ -170,8 +171,7 @@ int TurningComponents::most_turning(int k) const {
     float most = 0;
     int vertex = -1;
     for (std::size_t n = 0; n < edges.size(); ++n) {
-        const float square =
-            Eigen::Map<const Eigen::Vector3f>(values.data() + 3 * n).squaredNorm();
+        const float square = Eigen::Map<const Eigen::Vector3f>(values.data() + 3 * n).squaredNorm();
         if (!(square > most)) continue;
         most = square;
         vertex = field_.edges()[at(edges[n])][0];
@@ -233,8 +233,8 @@ TurningComponents turning_components(const TurningShapes& shapes, const MetricRo
                             std::move(roots), {});
     std::vector<std::vector<int>> turned;
     for (int k = 0; k < found.count(); ++k) turned.push_back(found.vertices_of(k));
-    found.set_stretches(fitted_components(stretches, with_squares(last),
-                                          stretch_balls(stretches, last, turned)));
+    found.set_stretches(
+        fitted_components(stretches, with_squares(last), stretch_balls(stretches, last, turned)));
     return found;
 }
 

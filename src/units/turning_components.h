@@ -32,7 +32,7 @@ class TurningShapes {
     }
 
     const TurnField& field() const { return field_; }
-    const MetricRows& turns() const { return turns_; }      // (E,3,N)
+    const MetricRows& turns() const { return turns_; }       // (E,3,N)
     const Eigen::MatrixXd& roots() const { return roots_; }  // (N,3P) rotation vectors
     /// Of every edge, where the reference has it.
     static std::vector<Point> middles(const TriangleMesh& mesh, const TurnField& field);
@@ -48,13 +48,14 @@ class TurningShapes {
     Eigen::MatrixXd roots_;
 };
 
-/// K components with codes z that turn by Σ_k z_k B_k along edges, exactly none where a unit does not
-/// turn, and stretch by Σ_k (z_k A_k + z_k² Q_k), Q only where it turns: what bends one way or the
-/// other stretches alike (method §10, space route). Codes are joint least squares over the turns.
+/// K components with codes z that turn by Σ_k z_k B_k along edges, exactly none where a unit does
+/// not turn, and stretch by Σ_k (z_k A_k + z_k² Q_k), Q only where it turns: what bends one way or
+/// the other stretches alike (method §10, space route). Codes are joint least squares over the
+/// turns.
 class TurningComponents {
   public:
-    /// `turns` (E,3); `roots` (K,3P) rotation vectors of the roots for a code of 1; `stretches` (2K)
-    /// A and then Q, in mapped features (V,9) whose rotations are zero.
+    /// `turns` (E,3); `roots` (K,3P) rotation vectors of the roots for a code of 1; `stretches`
+    /// (2K) A and then Q, in mapped features (V,9) whose rotations are zero.
     TurningComponents(TurnField field, BallComponents turns, Eigen::MatrixXd roots,
                       BallComponents stretches);
 
@@ -92,9 +93,9 @@ class TurningComponents {
     JointCodes joint_codes_;
 };
 
-/// Fitted to shapes with the codes (N,K) of units: turns by least squares, zero where they are below
-/// 2 % of their greatest length, codes by least squares on these, and turns once more; stretches
-/// (V,9,N), mapped, by least squares on the last codes. `mesh` is that of the field.
+/// Fitted to shapes with the codes (N,K) of units: turns by least squares, zero where they are
+/// below 2 % of their greatest length, codes by least squares on these, and turns once more;
+/// stretches (V,9,N), mapped, by least squares on the last codes. `mesh` is that of the field.
 TurningComponents turning_components(const TurningShapes& shapes, const MetricRows& stretches,
                                      const Eigen::MatrixXd& codes, const TriangleMesh& mesh);
 

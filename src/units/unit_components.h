@@ -16,8 +16,8 @@ Eigen::MatrixXd gram_of_shapes(const MetricRows& rows);
 inline constexpr double kLeastLength = 0.05;
 
 /// Components (method §10, code route, step 6) by least squares on fixed codes (N,K): zero where
-/// they are below `least` of their greatest length, fitted once more at every vertex to what is left
-/// there. A centre is where a component is longest; codes are then those of components as they
+/// they are below `least` of their greatest length, fitted once more at every vertex to what is
+/// left there. A centre is where a component is longest; codes are then those of components as they
 /// come.
 BallComponents unit_components(const MetricRows& rows, const Eigen::MatrixXd& codes,
                                double least = kLeastLength);

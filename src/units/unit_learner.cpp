@@ -23,7 +23,7 @@ using Eigen::MatrixXd;
 constexpr int kFewestShapes = 12;
 // Sets whose units are known are above the first, and below the second, by far.
 constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5;
-constexpr double kMostMoving = 0.5;  // part of the vertices, mean of the units
+constexpr double kMostMoving = 0.5;   // part of the vertices, mean of the units
 constexpr double kLeastMoved = 0.05;  // of the greatest length: a vertex that a unit moves
 
 double mean_support(const BallComponents& components) {
@@ -48,11 +48,10 @@ Eigen::VectorXd squares_of_unit(const TurningComponents& turning, const MatrixXd
     Eigen::VectorXd squares(std::ssize(rotations));
     for (std::size_t v = 0; v < rotations.size(); ++v) {
         squares[static_cast<Eigen::Index>(v)] =
-            rotations[v].squaredNorm() +
-            Eigen::Map<const Eigen::Matrix<float, kFeatureDim, 1>>(stretched.data() +
-                                                                   v * kFeatureDim)
-                .cast<double>()
-                .squaredNorm();
+            rotations[v].squaredNorm() + Eigen::Map<const Eigen::Matrix<float, kFeatureDim, 1>>(
+                                             stretched.data() + v * kFeatureDim)
+                                             .cast<double>()
+                                             .squaredNorm();
     }
     return squares;
 }
@@ -122,8 +121,8 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& fe
             edge_sample(shapes->turns(), TurningShapes::middles(model_.mesh(), shapes->field())),
             gram);
     }
-    const bool turns = may_turn && (settings_.route == UnitRoute::space ||
-                                    are_turning(switching, turning));
+    const bool turns =
+        may_turn && (settings_.route == UnitRoute::space || are_turning(switching, turning));
     const FoundUnits& found = turns ? turning : switching;
     if (found.units.count() == 0) {
         throw UsageError(
@@ -142,10 +141,11 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& fe
 void UnitLearner::note(const FoundUnits& found, const FoundUnits& other, bool turning) {
     const double part = found.found_again() / found.units.count();
     notes_ = {
-        fmt::format("units: {} found, {} at a noise of {}, {:.3g} % of them again in subsets of the "
-                    "shapes; their codes explain {:.3g} % of the squares",
-                    found.units.count(), turning ? "of relative rotations" : "of shapes",
-                    found.noise, 100 * part, 100 * (1 - found.unexplained)),
+        fmt::format(
+            "units: {} found, {} at a noise of {}, {:.3g} % of them again in subsets of the "
+            "shapes; their codes explain {:.3g} % of the squares",
+            found.units.count(), turning ? "of relative rotations" : "of shapes", found.noise,
+            100 * part, 100 * (1 - found.unexplained)),
         fmt::format("units: codes in shapes that were left out correlate by {:.2g} with those of "
                     "all (median)",
                     found.median_held_out())};
@@ -188,8 +188,11 @@ void UnitLearner::take_switching(const MetricRows& rows, const FoundUnits& found
     const UnitOrder order = order_of_units(movements(first, units.codes), supports);
     std::vector<ComponentTrust> trust;
     for (const int k : order.units) trust.push_back(trust_of(found, which[at(k)]));
-    model_.set_units({unit_components(rows, chosen(units, order.units).codes), order.levels,
-                      std::move(trust), {}, {}});
+    model_.set_units({unit_components(rows, chosen(units, order.units).codes),
+                      order.levels,
+                      std::move(trust),
+                      {},
+                      {}});
     const double moving = mean_support(model_.components());
     if (moving > kMostMoving) {
         warnings_.push_back(fmt::format(
@@ -251,8 +254,8 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
 
 EpochReport UnitLearner::run_epoch() {
     const auto begin = std::chrono::steady_clock::now();
-    const double error = model_.is_turning() ? squares_left_by_model()
-                                             : squares_left(rows(), model_.components());
+    const double error =
+        model_.is_turning() ? squares_left_by_model() : squares_left(rows(), model_.components());
     ++state_.epoch;
     ++state_.step;
     state_.total = error;

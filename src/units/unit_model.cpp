@@ -19,11 +19,11 @@ namespace {
 constexpr const char* kLevels = "units/levels";      // how many units on each
 constexpr const char* kVotes = "units/votes";        // (K)
 constexpr const char* kAgain = "units/found_again";  // (K) part of the subsets
-constexpr const char* kHeldOut = "units/held_out";    // (K) correlation
-constexpr const char* kTurns = "turns";               // components of relative rotations
-constexpr const char* kStretches = "stretches";       // of features, twice as many
-constexpr const char* kRoots = "turns/roots";         // (P) vertices
-constexpr const char* kOfRoots = "turns/of_roots";    // (K,P,3) their rotation vectors
+constexpr const char* kHeldOut = "units/held_out";   // (K) correlation
+constexpr const char* kTurns = "turns";              // components of relative rotations
+constexpr const char* kStretches = "stretches";      // of features, twice as many
+constexpr const char* kRoots = "turns/roots";        // (P) vertices
+constexpr const char* kOfRoots = "turns/of_roots";   // (K,P,3) their rotation vectors
 
 RowMap row_map(const UnitSettings& settings, const ModelPlace& place) {
     return settings.rows == ShapeRows::features ? RowMap(place.scale) : RowMap(place.reference);
@@ -127,8 +127,7 @@ std::optional<TurningComponents> UnitModel::load_turning(const SafetensorsFile& 
     try {
         TurnField field(reference(), {roots.begin(), roots.end()});
         BallComponents turns = stored_components(file, kTurns, field.edge_count(), kRotationDim);
-        BallComponents stretches =
-            stored_components(file, kStretches, vertex_count(), kFeatureDim);
+        BallComponents stretches = stored_components(file, kStretches, vertex_count(), kFeatureDim);
         if (stretches.count() != 2 * turns.count()) {
             throw CheckpointError(file.path(), fmt::format("{} stretches of {} turning units",
                                                            stretches.count(), turns.count()));
@@ -175,14 +174,17 @@ void UnitModel::load(const SafetensorsFile& file) {
         trust.push_back({votes[k], again[k], held_out[k]});
     }
     std::optional<TurningComponents> turning = load_turning(file);
-    if (turning && (map().rows() != ShapeRows::features ||
-                    turning->turns().count() != components.count())) {
-        throw CheckpointError(file.path(), fmt::format("{} turning units, wanted {} of features",
-                                                       turning->turns().count(),
-                                                       components.count()));
+    if (turning &&
+        (map().rows() != ShapeRows::features || turning->turns().count() != components.count())) {
+        throw CheckpointError(file.path(),
+                              fmt::format("{} turning units, wanted {} of features",
+                                          turning->turns().count(), components.count()));
     }
-    set_units({std::move(components), {levels.begin(), levels.end()}, std::move(trust),
-               std::move(turning), {}});
+    set_units({std::move(components),
+               {levels.begin(), levels.end()},
+               std::move(trust),
+               std::move(turning),
+               {}});
     set_parents(load_parents(file));
 }
 

@@ -15,7 +15,7 @@ namespace mscomp {
 /// Units on one level or two.
 struct UnitParts {
     BallComponents components;  // of mapped rows; without anything where they turn
-    std::vector<int> levels;  // units on each, in the order of the components
+    std::vector<int> levels;    // units on each, in the order of the components
     std::vector<ComponentTrust> trust;
     std::optional<TurningComponents> turning;  // where they are of relative rotations
     std::vector<int> parents;                  // empty: as overlaps of components say

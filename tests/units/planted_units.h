@@ -5,8 +5,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
+#include "mscomp/base/feature_set.h"
 #include "mscomp/base/random.h"
+#include "mscomp/base/shape_features.h"
+#include "mscomp/model/shape_model.h"
 
 namespace mscomp::cases {
 
@@ -28,6 +33,34 @@ inline Eigen::VectorXd nearest_cosines(const Eigen::MatrixXd& wanted,
         .cwiseAbs()
         .rowwise()
         .maxCoeff();
+}
+
+/// Features (shapes,V,9) in memory.
+class Features final : public ShapeSet {
+  public:
+    Features(int vertices, const Eigen::MatrixXd& changes) : vertices_(vertices) {
+        for (Eigen::Index i = 0; i < changes.size(); ++i) {
+            values_.push_back(kReferenceFeature[at(i) % kFeatureDim] +
+                              static_cast<float>(changes.data()[i]));
+        }
+    }
+    int shape_count() const override { return static_cast<int>(values_.size()) / (9 * vertices_); }
+    int vertex_count() const override { return vertices_; }
+    std::span<const float> shape(int index) const override {
+        return std::span(values_).subspan(9 * at(index * vertices_), 9 * at(vertices_));
+    }
+    std::span<const float> vertices(int) const override { return {}; }
+    void forget(int) const override {}
+
+  private:
+    int vertices_;
+    std::vector<float> values_;
+};
+
+inline Eigen::MatrixXd matrix_of(const CodeTable& table) {
+    return Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+               table.values.data(), table.shape_count(), table.code_count)
+        .cast<double>();
 }
 
 }  // namespace mscomp::cases

@@ -19,29 +19,9 @@
 namespace mscomp {
 namespace {
 
+using cases::Features;
+using cases::matrix_of;
 using Eigen::MatrixXd;
-
-/// Features (shapes,V,9) in memory.
-class Features final : public ShapeSet {
-  public:
-    Features(int vertices, const MatrixXd& changes) : vertices_(vertices) {
-        for (Eigen::Index i = 0; i < changes.size(); ++i) {
-            values_.push_back(kReferenceFeature[at(i) % kFeatureDim] +
-                              static_cast<float>(changes.data()[i]));
-        }
-    }
-    int shape_count() const override { return static_cast<int>(values_.size()) / (9 * vertices_); }
-    int vertex_count() const override { return vertices_; }
-    std::span<const float> shape(int index) const override {
-        return std::span(values_).subspan(9 * at(index * vertices_), 9 * at(vertices_));
-    }
-    std::span<const float> vertices(int) const override { return {}; }
-    void forget(int) const override {}
-
-  private:
-    int vertices_;
-    std::vector<float> values_;
-};
 
 /// Positions (shapes,V,3) in memory, each shape turned and shifted by a little.
 class Positions final : public ShapeSet {
@@ -74,12 +54,6 @@ class Positions final : public ShapeSet {
     int vertices_, shapes_;
     std::vector<float> values_;
 };
-
-MatrixXd matrix_of(const CodeTable& table) {
-    return Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-               table.values.data(), table.shape_count(), table.code_count)
-        .cast<double>();
-}
 
 class UnitModelTest : public testing::Test {
   protected:

@@ -17,7 +17,7 @@ enum class UnitRoute {
 /// What the configuration of the kind holds for itself (method §10).
 struct UnitSettings {
     int components = 0;  // at most so many, those that move most; 0: as many as there are
-    ShapeRows rows = ShapeRows::features;  // what they change
+    ShapeRows rows = ShapeRows::features;    // what they change
     UnitRoute route = UnitRoute::automatic;  // of positions codes alone
 };
 

@@ -301,11 +301,19 @@ void setup_evaluate(CLI::App& app) {
 void run_evaluate(const EvaluateOptions& options) {
     if (!options.output.empty()) require_own_output(options);
     std::optional<Progress> progress;
-    EvaluationOptions evaluated{options.run,     options.features,   options.split,
-                                options.handles, options.components, options.fit,
-                                 options.kept,    options.order,      options.worst,
-                                 options.units,   options.truth,      options.output,
-                                 {}};
+    EvaluationOptions evaluated{options.run,
+                                options.features,
+                                options.split,
+                                options.handles,
+                                options.components,
+                                options.fit,
+                                options.kept,
+                                options.order,
+                                options.worst,
+                                options.units,
+                                options.truth,
+                                options.output,
+                                {}};
     evaluated.on_progress = [&](std::int64_t done, std::int64_t total) {
         if (!progress) progress.emplace("evaluate", total, progress_options(options.common.quiet));
         progress->update(done);

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+// Models of units that turn: from features to codes and back through integrated rotations.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/temporary_folder.h"
+#include "mscomp/base/error.h"
+#include "mscomp/base/safetensors.h"
+#include "mscomp/model/stored_arrays.h"
+#include "multiscale/ball_cases.h"
+#include "units/planted_units.h"
+#include "units/unit_learner.h"
+#include "units/unit_model.h"
+
+namespace mscomp {
+namespace {
+
+using cases::Features;
+using cases::matrix_of;
+using Eigen::MatrixXd;
+
+constexpr int kJoints = 3, kShapes = 40;
+
+/// A sphere whose slices turn against each other about z, by three joints that all move all the time
+/// and stretch where they turn, by the square of how much they do.
+class TurningModelTest : public testing::Test {
+  protected:
+    TurningModelTest() : codes_(cases::random_matrix(kShapes, kJoints, 3)) {
+        config_.settings = UnitSettings{};
+    }
+    MatrixXd changes() const {
+        const int vertices = sphere_.vertices();
+        MatrixXd changes = MatrixXd::Zero(kFeatureDim * vertices, kShapes);
+        for (int v = 0; v < vertices; ++v) {
+            const double z = sphere_.mesh.vertices[at(v)][2];
+            for (int k = 0; k < kJoints; ++k) {
+                const double along = (z - (-0.65 + 0.65 * k)) / 0.15;
+                const double turned = std::clamp(0.5 + along / 2, 0.0, 1.0);
+                const double bulge = std::max(0.0, 1 - along * along);
+                for (int m = 0; m < kShapes; ++m) {
+                    const double code = codes_(m, k);
+                    changes(kFeatureDim * v + 2, m) += 0.8 * code * turned;
+                    changes(kFeatureDim * v + 3, m) += 0.02 * code * bulge;
+                    changes(kFeatureDim * v + 8, m) += 0.03 * code * code * bulge;
+                }
+            }
+        }
+        return changes;
+    }
+    std::unique_ptr<UnitModel> made() {
+        return std::make_unique<UnitModel>(
+            config_, ModelPlace{sphere_.mesh, sphere_.distances, sphere_.scale});
+    }
+    std::unique_ptr<Learner> started(UnitModel& model, const ShapeSet& shapes) {
+        std::vector<int> train(at(shapes.shape_count()));
+        std::iota(train.begin(), train.end(), 0);
+        auto learner = model.learner(shapes, train);
+        learner->start();
+        return learner;
+    }
+
+    cases::Sphere sphere_;
+    MatrixXd codes_;
+    Config config_;
+};
+
+TEST_F(TurningModelTest, FindsJointsWithoutBeingToldAndGivesShapesBack) {
+    const Features shapes(sphere_.vertices(), changes());
+    const auto model = made();
+    const auto learner = started(*model, shapes);
+    ASSERT_TRUE(model->is_turning());
+    ASSERT_EQ(model->code_count(), kJoints) << learner->notes().front();
+    EXPECT_TRUE(learner->warnings().empty());
+    learner->run_epoch();
+    const CodeTable table = learner->codes();
+    EXPECT_GT(cases::nearest_cosines(codes_, matrix_of(table)).minCoeff(), 0.999);
+    double most = 0;
+    for (int m = 0; m < kShapes; ++m) {
+        const std::vector<float> row = model->decode(table.shape(m));
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            most = std::max(most, static_cast<double>(std::abs(row[i] - shapes.shape(m)[i])));
+        }
+    }
+    EXPECT_LT(most, 0.05) << "of turns by more than a half";
+    for (const ComponentTrust& trust : model->trust()) {
+        EXPECT_GE(trust.votes, 3);
+        EXPECT_EQ(trust.found_again, 1);
+        EXPECT_GT(trust.held_out, 0.98);
+    }
+    // A joint is where it turns, not where it carries the rest of the mesh.
+    for (const ComponentPlace& place : model->places()) {
+        EXPECT_LT(place.support, 2 * sphere_.vertices() / 3);
+    }
+}
+
+TEST_F(TurningModelTest, TheReferenceAndWhatIsTheSameAreExact) {
+    const Features shapes(sphere_.vertices(), changes());
+    const auto model = made();
+    started(*model, shapes);
+    const std::vector<float> row = model->decode(model->reference_codes());
+    for (std::size_t i = 0; i < row.size(); ++i) {
+        EXPECT_NEAR(row[i], kReferenceFeature[i % kFeatureDim], 1e-6);
+    }
+    const std::vector<float> codes{0.5F, -1, 2};
+    for (const float x : model->change(codes, codes)) EXPECT_EQ(x, 0);
+}
+
+TEST_F(TurningModelTest, DerivativesAreThoseOfDifferences) {
+    const Features shapes(sphere_.vertices(), changes());
+    const auto model = made();
+    started(*model, shapes);
+    const std::vector<float> codes{0.5F, -0.5F, 0.75F};
+    const std::vector<CodeColumn> columns = model->derivatives(codes);
+    ASSERT_EQ(columns.size(), std::size_t{kJoints});
+    constexpr float kStep = 1.0F / 64;
+    for (std::size_t k = 0; k < kJoints; ++k) {
+        std::vector<float> up = codes, down = codes;
+        up[k] += kStep;
+        down[k] -= kStep;
+        std::vector<float> wanted = model->change(up, down);
+        std::vector<float> found(wanted.size(), 0.0F);
+        for (std::size_t n = 0; n < columns[k].vertices.size(); ++n) {
+            std::copy_n(columns[k].values.begin() + static_cast<std::ptrdiff_t>(kFeatureDim * n),
+                        kFeatureDim,
+                        found.begin() +
+                            static_cast<std::ptrdiff_t>(kFeatureDim * at(columns[k].vertices[n])));
+        }
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            EXPECT_NEAR(found[i], wanted[i] / (2 * kStep), 2e-3) << k << ", " << i;
+        }
+    }
+}
+
+TEST_F(TurningModelTest, AFileGivesTheSameModel) {
+    const TemporaryFolder folder;
+    const Features shapes(sphere_.vertices(), changes());
+    const auto model = made();
+    started(*model, shapes);
+    const auto written = [&](const std::string& name) {
+        StoredArrays arrays;
+        model->save(arrays);
+        arrays.write(folder / name, {});
+        return SafetensorsFile(folder / name);
+    };
+    const auto again = made();
+    again->load(written("m.safetensors"));
+    const std::vector<float> codes{0.5F, -1, 0.75F};
+    EXPECT_EQ(again->decode(codes), model->decode(codes));
+    EXPECT_EQ(again->encode(shapes, std::vector<int>{7}).values,
+              model->encode(shapes, std::vector<int>{7}).values);
+    EXPECT_EQ(again->parents(), model->parents());
+    EXPECT_EQ(again->trust()[2].held_out, model->trust()[2].held_out);
+    // Units of another number than those that turn.
+    model->set_units({sphere_.components(3, 0.3), {3}, model->trust(), {}, {}});
+    const auto other = made();
+    other->load(written("n.safetensors"));
+    EXPECT_FALSE(other->is_turning());
+}
+
+TEST_F(TurningModelTest, FewerAreTheStrongest) {
+    codes_.col(0) *= 0.3;
+    codes_.col(2) *= 0.7;
+    config_.settings = UnitSettings{2};
+    const Features shapes(sphere_.vertices(), changes());
+    const auto model = made();
+    const auto learner = started(*model, shapes);
+    ASSERT_EQ(model->code_count(), 2);
+    const Eigen::VectorXd cosines = cases::nearest_cosines(codes_, matrix_of(learner->codes()));
+    EXPECT_GT(cosines[1], 0.99);
+    EXPECT_GT(cosines[2], 0.99);
+}
+
+TEST_F(TurningModelTest, RoutesAreTakenWhereTheyAreAskedFor) {
+    const Features shapes(sphere_.vertices(), changes());
+    config_.settings = UnitSettings{0, ShapeRows::features, UnitRoute::codes};
+    auto model = made();
+    started(*model, shapes);
+    EXPECT_FALSE(model->is_turning());
+    config_.settings = UnitSettings{0, ShapeRows::features, UnitRoute::space};
+    model = made();
+    started(*model, shapes);
+    EXPECT_TRUE(model->is_turning());
+}
+
+}  // namespace
+}  // namespace mscomp
