@@ -32,7 +32,7 @@ auto at_edge(const EdgeSample& sample, int place) { return sample.values.middleR
 
 /// Directions that leave a part of the length of all shapes, and some more.
 int direction_count(const ShapeBasis& basis, double most_left) {
-    constexpr int kMore = 6;
+    constexpr int kMore = 6, kMost = 100;
     const auto all = static_cast<int>(basis.sizes.size());
     double left = basis.size * basis.size;
     int count = 0;
@@ -40,7 +40,7 @@ int direction_count(const ShapeBasis& basis, double most_left) {
         left -= basis.sizes[count] * basis.sizes[count];
         ++count;
     }
-    return std::min(count + kMore, all);
+    return std::min({count + kMore, all, kMost});
 }
 
 /// For each seed and each direction in which it turns the quietest change that is 1 there.
@@ -61,14 +61,20 @@ Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
         Vector3d direction;
     };
     std::vector<Start> starts;
-    double most = 0;
-    for (const int seed : sample.seeds) most = std::max(most, at_edge(sample, seed).squaredNorm());
+    double most = 0, most_there = 0;
+    for (const int seed : sample.seeds) {
+        most = std::max(most, at_edge(sample, seed).squaredNorm());
+        most_there = std::max(most_there, at_places.middleRows(3 * seed, 3).squaredNorm());
+    }
     for (const int seed : sample.seeds) {
         const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(
             Matrix3d(at_edge(sample, seed) * at_edge(sample, seed).transpose()));
         for (int a = 2; a >= 0; --a) {
-            if (axes.eigenvalues()[a] > kDead * most) {
-                starts.push_back({seed, axes.eigenvectors().col(a)});
+            const Vector3d direction = axes.eigenvectors().col(a);
+            const double there =
+                (at_places.middleRows(3 * seed, 3).transpose() * direction).squaredNorm();
+            if (axes.eigenvalues()[a] > kDead * most && there > kDead * most_there) {
+                starts.push_back({seed, direction});
             }
         }
     }
@@ -108,7 +114,7 @@ Agreed quietest_of_each(const Turns& turns) {
         const VectorXd alike = (codes.transpose() * codes.col(i)).cwiseAbs();
         int votes = 0;
         for (Index j = 0; j < alike.size(); ++j) {
-            if (is_left[at(j)] == 0 || (alike[j] < kSame && j != i)) continue;
+            if (is_left[at(j)] == 0 || (!(alike[j] >= kSame) && j != i)) continue;
             is_left[at(j)] = 0;
             ++votes;
         }

@@ -28,7 +28,7 @@ class TurnField {
     int vertex_count() const { return vertex_count_; }
     int edge_count() const { return static_cast<int>(edges_.size()); }
     const std::vector<std::array<int, 2>>& edges() const { return edges_; }
-    /// (P), rising by the lowest vertex of the piece.
+    /// (P), as given, or rising.
     const std::vector<int>& roots() const { return roots_; }
     /// Of each connected piece its vertices, in the order of the roots.
     std::vector<std::vector<int>> pieces() const;

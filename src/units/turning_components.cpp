@@ -20,6 +20,10 @@ using Eigen::Vector3d;
 
 // Turns add up along a limb: less may be left out.
 constexpr double kLeastTurnPart = 0.02;
+// Codes are fitted to where units turn most first: a strong unit beside a weak one is read there
+// without it.
+constexpr double kMostTurningPart = 0.2;
+constexpr int kRounds = 3;
 
 /// z and then z², of shapes (N,K) or of one.
 MatrixXd with_squares(const MatrixXd& codes) {
@@ -195,8 +199,16 @@ std::vector<ComponentPlace> TurningComponents::places() const {
 
 namespace {
 
-/// Where components stretch: A by its length, Q where the component turns; where that would be more
-/// than half as many as there are shapes, A alone.
+/// Part of the square of z² that z does not tell.
+double told_by_square_alone(const Eigen::VectorXd& z) {
+    const Eigen::VectorXd square = z.cwiseAbs2();
+    const double all = z.squaredNorm() * square.squaredNorm();
+    return all > 0 ? 1 - z.dot(square) * z.dot(square) / all : 0;
+}
+
+/// Where components stretch: A by its length, Q where the component turns. Where that would be more
+/// than half as many as there are shapes, and for codes that hardly take more than two values, A
+/// alone.
 std::vector<Ball> stretch_balls(const MetricRows& stretches, const MatrixXd& codes,
                                 const std::vector<std::vector<int>>& turned) {
     std::vector<Ball> balls = unit_components(stretches, codes, kLeastTurnPart).balls();
@@ -208,9 +220,13 @@ std::vector<Ball> stretch_balls(const MetricRows& stretches, const MatrixXd& cod
     for (const std::vector<int>& vertices : turned) {
         for (const int v : vertices) ++acting[at(v)];
     }
+    constexpr double kLeastTold = 0.02;
     for (std::size_t k = 0; k < count; ++k) {
         Ball ball{balls[k].center, {}};
+        const bool has_square =
+            told_by_square_alone(codes.col(static_cast<Index>(k))) >= kLeastTold;
         for (const int v : turned[k]) {
+            if (!has_square) break;
             if (2 * acting[at(v)] <= stretches.shape_count()) ball.vertices.push_back(v);
         }
         balls.push_back(std::move(ball));
@@ -225,8 +241,11 @@ TurningComponents turning_components(const TurningShapes& shapes, const MetricRo
     const auto codes_on = [&](const BallComponents& turns) {
         return MatrixXd(JointCodes(turns).solve(products(turns, shapes.turns())).transpose());
     };
-    const BallComponents first = unit_components(shapes.turns(), codes, kLeastTurnPart);
-    BallComponents turns = unit_components(shapes.turns(), codes_on(first), kLeastTurnPart);
+    MatrixXd fitted = codes;
+    for (int round = 0; round < kRounds; ++round) {
+        fitted = codes_on(unit_components(shapes.turns(), fitted, kMostTurningPart));
+    }
+    BallComponents turns = unit_components(shapes.turns(), fitted, kLeastTurnPart);
     const MatrixXd last = codes_on(turns);
     MatrixXd roots = last.completeOrthogonalDecomposition().solve(shapes.roots());
     TurningComponents found(TurnField(mesh, shapes.field().roots()), std::move(turns),

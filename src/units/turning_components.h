@@ -93,9 +93,10 @@ class TurningComponents {
     JointCodes joint_codes_;
 };
 
-/// Fitted to shapes with the codes (N,K) of units: turns by least squares, zero where they are
-/// below 2 % of their greatest length, codes by least squares on these, and turns once more;
-/// stretches (V,9,N), mapped, by least squares on the last codes. `mesh` is that of the field.
+/// Fitted to shapes with the codes (N,K) of units. Three times turns by least squares, zero where
+/// they are below a fifth of their greatest length, and codes by least squares on these; then turns
+/// once more, zero below 2 %. Stretches (V,9,N), mapped, by least squares on the last codes. `mesh`
+/// is that of the field.
 TurningComponents turning_components(const TurningShapes& shapes, const MetricRows& stretches,
                                      const Eigen::MatrixXd& codes, const TriangleMesh& mesh);
 

@@ -36,22 +36,24 @@ ComponentTrust trust_of(const FoundUnits& found, int k) {
     return {found.units.votes[at(k)], found.again[at(k)], std::min(1.0, found.held_out[at(k)])};
 }
 
-/// (V) squares of the features that a unit changes where its code is farthest from 0.
-Eigen::VectorXd squares_of_unit(const TurningComponents& turning, const MatrixXd& codes,
-                                Eigen::Index k) {
-    Eigen::Index end = 0;
-    codes.col(k).cwiseAbs().maxCoeff(&end);
-    std::vector<float> one(at(turning.count()), 0.0F);
-    one[at(static_cast<int>(k))] = static_cast<float>(codes(end, k));
-    const std::vector<Eigen::Vector3d> rotations = turning.rotations(one);
-    const std::vector<float> stretched = turning.stretched(one);
-    Eigen::VectorXd squares(std::ssize(rotations));
-    for (std::size_t v = 0; v < rotations.size(); ++v) {
-        squares[static_cast<Eigen::Index>(v)] =
-            rotations[v].squaredNorm() + Eigen::Map<const Eigen::Matrix<float, kFeatureDim, 1>>(
-                                             stretched.data() + v * kFeatureDim)
-                                             .cast<double>()
-                                             .squaredNorm();
+/// (V,K) squares of the features that units change where their codes in shapes with these turns are
+/// farthest from 0.
+MatrixXd squares_of_units(const TurningComponents& turning, const MetricRows& turns) {
+    const MatrixXd codes = turning.codes_of(turns);
+    MatrixXd squares(turning.field().vertex_count(), codes.cols());
+    for (Eigen::Index k = 0; k < codes.cols(); ++k) {
+        Eigen::Index end = 0;
+        codes.col(k).cwiseAbs().maxCoeff(&end);
+        std::vector<float> one(at(turning.count()), 0.0F);
+        one[at(static_cast<int>(k))] = static_cast<float>(codes(end, k));
+        const std::vector<Eigen::Vector3d> rotations = turning.rotations(one);
+        const std::vector<float> stretched = turning.stretched(one);
+        using Row = Eigen::Matrix<float, kFeatureDim, 1>;
+        for (std::size_t v = 0; v < rotations.size(); ++v) {
+            const Eigen::Map<const Row> stretch(stretched.data() + v * kFeatureDim);
+            squares(static_cast<Eigen::Index>(v), k) =
+                rotations[v].squaredNorm() + stretch.cast<double>().squaredNorm();
+        }
     }
     return squares;
 }
@@ -74,12 +76,14 @@ MetricRows UnitLearner::rows() const {
 void UnitLearner::start() {
     MetricRows rows = this->rows();
     const MatrixXd gram = gram_of_shapes(rows);
-    begin(std::move(rows), gram, [this](int m) {
-        const std::span<const float> row = shapes_.shape(train_[at(m)]);
-        std::vector<float> feature(row.begin(), row.end());
-        shapes_.forget(train_[at(m)]);
-        return feature;
-    });
+    begin(std::move(rows), gram, {});
+}
+
+std::vector<float> UnitLearner::feature(int m) const {
+    const std::span<const float> row = shapes_.shape(train_[at(m)]);
+    std::vector<float> feature(row.begin(), row.end());
+    shapes_.forget(train_[at(m)]);
+    return feature;
 }
 
 /// Shapes as the components of another model say them; units are fitted to the shapes themselves.
@@ -96,7 +100,10 @@ void UnitLearner::start_from(const GivenComponents& given) {
     });
 }
 
-void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& feature) {
+void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& said) {
+    if (settings_.route == UnitRoute::space && settings_.rows != ShapeRows::features) {
+        throw UsageError("model.route: space looks for turns of features, not of positions");
+    }
     if (rows.shape_count() < kFewestShapes) {
         throw UsageError(fmt::format("{} training shapes, wanted {} at least to find units in",
                                      rows.shape_count(), kFewestShapes));
@@ -104,6 +111,7 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& fe
     if (!(gram.trace() > 0)) {
         throw UsageError("no training shape differs from the reference: there are no units");
     }
+    const Feature own = [this](int m) { return feature(m); };
     FoundUnits switching, turning;
     std::optional<TurningShapes> shapes;
     if (settings_.route != UnitRoute::space) switching = find_switching_units(gram);
@@ -115,7 +123,7 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& fe
                           settings_.route != UnitRoute::codes &&
                           (settings_.route == UnitRoute::space || !are_local);
     if (may_turn) {
-        shapes.emplace(model_.mesh(), rows.shape_count(), feature);
+        shapes.emplace(model_.mesh(), rows.shape_count(), said ? said : own);
         turning = find_turning_units(
             gram_of_shapes(shapes->turns()),
             edge_sample(shapes->turns(), TurningShapes::middles(model_.mesh(), shapes->field())),
@@ -131,6 +139,7 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& fe
     }
     note(found, turns ? switching : turning, turns);
     if (turns) {
+        if (said) shapes.emplace(model_.mesh(), rows.shape_count(), own);
         take_turning(std::move(rows), *shapes, found);
     } else {
         take_switching(rows, found);
@@ -213,19 +222,17 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
         return turning_components(shapes, rows, columns_of(found.units.codes, which),
                                   model_.mesh());
     };
-    // The strongest were taken first.
     std::vector<int> which(at(found.units.count()));
     std::iota(which.begin(), which.end(), 0);
+    MatrixXd squares_at = squares_of_units(fitted(which), shapes.turns());
     if (settings_.components > 0 && std::ssize(which) > settings_.components) {
-        which.resize(at(settings_.components));
+        const Eigen::RowVectorXd moved = squares_at.colwise().sum();
+        which = strongest({moved.begin(), moved.end()});
+        squares_at = squares_of_units(fitted(which), shapes.turns());
     }
-    const TurningComponents turning = fitted(which);
-    const MatrixXd codes = turning.codes_of(shapes.turns());
     std::vector<double> moved;
     std::vector<int> supports;
-    MatrixXd squares_at(model_.vertex_count(), std::ssize(which));
     for (Eigen::Index k = 0; k < squares_at.cols(); ++k) {
-        squares_at.col(k) = squares_of_unit(turning, codes, k);
         moved.push_back(squares_at.col(k).sum());
         const double least = kLeastMoved * kLeastMoved * squares_at.col(k).maxCoeff();
         supports.push_back(static_cast<int>((squares_at.col(k).array() > least).count()));

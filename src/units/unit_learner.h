@@ -34,12 +34,13 @@ class UnitLearner final : public Learner {
     CodeTable codes() override;
 
   private:
-    /// Unscaled features (V,9) of training shape m, as they are or as another model says.
+    /// Unscaled features (V,9) of training shape m as another model says; none: as they are.
     using Feature = std::function<std::vector<float>(int m)>;
 
     MetricRows rows() const;
     double squares_left_by_model();
-    void begin(MetricRows rows, const Eigen::MatrixXd& gram, const Feature& feature);
+    void begin(MetricRows rows, const Eigen::MatrixXd& gram, const Feature& said);
+    std::vector<float> feature(int m) const;
     void note(const FoundUnits& found, const FoundUnits& other, bool turning);
     std::vector<int> strongest(const std::vector<double>& movements) const;
     void take_switching(const MetricRows& rows, const FoundUnits& found);

@@ -120,21 +120,27 @@ void UnitModel::save(StoredArrays& arrays) const {
                         {of_roots.data(), of_roots.data() + of_roots.size()});
 }
 
-/// None for a file without.
-std::optional<TurningComponents> UnitModel::load_turning(const SafetensorsFile& file) const {
+/// Of `count` units; none for a file without.
+std::optional<TurningComponents> UnitModel::load_turning(const SafetensorsFile& file,
+                                                         int count) const {
     if (!file.contains(kRoots)) return {};
     const auto roots = file.data<int>(kRoots, {-1});
     try {
         TurnField field(reference(), {roots.begin(), roots.end()});
         BallComponents turns = stored_components(file, kTurns, field.edge_count(), kRotationDim);
         BallComponents stretches = stored_components(file, kStretches, vertex_count(), kFeatureDim);
-        if (stretches.count() != 2 * turns.count()) {
-            throw CheckpointError(file.path(), fmt::format("{} stretches of {} turning units",
-                                                           stretches.count(), turns.count()));
+        const bool fits = map().rows() == ShapeRows::features && turns.count() == count &&
+                          stretches.count() == 2 * count && field.roots().size() == roots.size();
+        if (!fits) {
+            throw CheckpointError(
+                file.path(),
+                fmt::format(
+                    "{} turning units, {} stretches, {} roots; wanted {}, {}, {} and features",
+                    turns.count(), stretches.count(), roots.size(), count, 2 * count,
+                    field.roots().size()));
         }
-        const auto of_roots =
-            file.data<double>(kOfRoots, {turns.count(), std::ssize(roots), kRotationDim});
-        Eigen::MatrixXd values(turns.count(), kRotationDim * std::ssize(roots));
+        const auto of_roots = file.data<double>(kOfRoots, {count, std::ssize(roots), kRotationDim});
+        Eigen::MatrixXd values(count, kRotationDim * std::ssize(roots));
         for (Eigen::Index i = 0; i < values.size(); ++i) {
             values(i / values.cols(), i % values.cols()) = of_roots[at(i)];
         }
@@ -173,13 +179,7 @@ void UnitModel::load(const SafetensorsFile& file) {
     for (std::size_t k = 0; k < votes.size(); ++k) {
         trust.push_back({votes[k], again[k], held_out[k]});
     }
-    std::optional<TurningComponents> turning = load_turning(file);
-    if (turning &&
-        (map().rows() != ShapeRows::features || turning->turns().count() != components.count())) {
-        throw CheckpointError(file.path(),
-                              fmt::format("{} turning units, wanted {} of features",
-                                          turning->turns().count(), components.count()));
-    }
+    std::optional<TurningComponents> turning = load_turning(file, components.count());
     set_units({std::move(components),
                {levels.begin(), levels.end()},
                std::move(trust),

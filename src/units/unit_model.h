@@ -48,7 +48,7 @@ class UnitModel final : public BallModel {
 
   private:
     bool has_global_level() const override { return false; }
-    std::optional<TurningComponents> load_turning(const SafetensorsFile& file) const;
+    std::optional<TurningComponents> load_turning(const SafetensorsFile& file, int count) const;
 
     const UnitSettings settings_;
     std::vector<int> levels_{0};

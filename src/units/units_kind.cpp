@@ -24,7 +24,8 @@ KindKeys keys(Config& config) {
                                  {UnitRoute::space, "space"}}),
               {},
               "how they are looked for; codes: as what rests in most shapes; space: as joints, "
-              "turns along few edges; auto: both, and what is found better in shapes left out"}},
+              "turns along few edges, of features; auto: codes where their units are of a place, "
+              "else what is read better in shapes left out"}},
             "",
             {},
             {{"start",

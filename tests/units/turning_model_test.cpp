@@ -24,8 +24,8 @@ using Eigen::MatrixXd;
 
 constexpr int kJoints = 3, kShapes = 40;
 
-/// A sphere whose slices turn against each other about z, by three joints that all move all the time
-/// and stretch where they turn, by the square of how much they do.
+/// A sphere whose slices turn against each other about z, by three joints that all move all the
+/// time and stretch where they turn, by the square of how much they do.
 class TurningModelTest : public testing::Test {
   protected:
     TurningModelTest() : codes_(cases::random_matrix(kShapes, kJoints, 3)) {
@@ -158,6 +158,50 @@ TEST_F(TurningModelTest, AFileGivesTheSameModel) {
     const auto other = made();
     other->load(written("n.safetensors"));
     EXPECT_FALSE(other->is_turning());
+}
+
+TEST_F(TurningModelTest, AFileMustHoldAsManyJointsAsUnits) {
+    const TemporaryFolder folder;
+    const auto model = made();
+    const auto loaded = [&](std::size_t units) {
+        TurnField field(sphere_.mesh);
+        BallComponents turns(field.edge_count(), std::vector<Ball>(2, Ball{3, {3, 4}}), 3);
+        TurningComponents turning(std::move(field), std::move(turns), MatrixXd::Zero(2, 3),
+                                  {sphere_.vertices(), std::vector<Ball>(4)});
+        model->set_units({BallComponents(sphere_.vertices(), std::vector<Ball>(units)),
+                          {static_cast<int>(units)},
+                          std::vector<ComponentTrust>(units),
+                          std::move(turning),
+                          {}});
+        StoredArrays arrays;
+        model->save(arrays);
+        arrays.write(folder / "m.safetensors", {});
+        const auto result = made();
+        result->load(SafetensorsFile(folder / "m.safetensors"));
+        return result->is_turning();
+    };
+    EXPECT_TRUE(loaded(2));
+    EXPECT_THROW(loaded(3), CheckpointError);
+}
+
+// Codes that are 0 or 1 say nothing of what lies between or beyond: no square is made up.
+TEST_F(TurningModelTest, TwoValuesTellNoSquare) {
+    codes_ = (codes_.array() > 0).cast<double>() + 0.001 * codes_.array();
+    config_.settings = UnitSettings{0, ShapeRows::features, UnitRoute::space};
+    const Features shapes(sphere_.vertices(), changes());
+    const auto model = made();
+    const auto learner = started(*model, shapes);
+    const MatrixXd codes = matrix_of(learner->codes());
+    for (int k = 0; k < model->code_count(); ++k) {
+        std::vector<float> zero(at(model->code_count()), 0.0F), one = zero, back = zero;
+        one[at(k)] = static_cast<float>(codes.col(k).cwiseAbs().maxCoeff());
+        back[at(k)] = -one[at(k)];
+        const std::vector<float> there = model->change(one, zero),
+                                 other = model->change(back, zero);
+        for (std::size_t i = 0; i < there.size(); ++i) {
+            if (i % kFeatureDim >= kRotationDim) EXPECT_NEAR(other[i], -there[i], 1e-5) << k;
+        }
+    }
 }
 
 TEST_F(TurningModelTest, FewerAreTheStrongest) {

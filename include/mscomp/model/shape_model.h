@@ -37,7 +37,8 @@ struct CodeColumn {
 struct ComponentPlace {
     int center = 0;   // vertex its support lies around
     int longest = 0;  // vertex where it is strongest
-    int support = 0;  // vertices where it is not exactly zero
+    int support = 0;  // vertices where it is not exactly zero; of a joint where it turns, not what
+                      // it carries
 };
 
 /// How sure a method is of a component.

@@ -9,7 +9,8 @@ inline constexpr int kMostUnits = 10'000;
 
 /// How units are looked for (method §10).
 enum class UnitRoute {
-    automatic,  // both ways; what is read in shapes that were left out chooses
+    automatic,  // codes where their units are of a place, else both, and what is read in shapes
+                // that were left out chooses
     codes,      // as codes that rest in most shapes
     space       // as turns that rest along most edges
 };
@@ -21,9 +22,11 @@ struct UnitSettings {
     UnitRoute route = UnitRoute::automatic;  // of positions codes alone
 };
 
-/// The kind `units`: few components, each one thing, found by linear read-outs of the shapes that
-/// are quiet at nearly all of them (method §10, code route), in features or in aligned positions.
-/// Codes are joint least squares over all components.
+/// The kind `units`: few components, each one thing (method §10). What switches on and off is found
+/// by linear read-outs of the shapes that are quiet at nearly all of them, in features or in
+/// aligned positions; joints by changes of relative rotations that are quiet along nearly all
+/// edges, and they decode through integrated rotations. Codes are joint least squares over all
+/// components.
 Kind units();
 
 }  // namespace mscomp
