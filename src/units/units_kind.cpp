@@ -41,6 +41,7 @@ void set_defaults(Config& config) {
     config.train.plateau_epochs = 0;
     config.train.fill_up_to = 0;
     // Votes choose them: none is there that is worth nothing.
+    config.filter.rule = FilterRule::strength;
     config.filter.minimum_strength = 0;
     config.filter.minimum_share = 0;
 }

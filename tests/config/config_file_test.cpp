@@ -289,7 +289,8 @@ TEST(ConfigFile, UnitsChangeFeaturesOrPositions) {
     const Config config = parse_config(yaml, "c");
     EXPECT_EQ(config.own<UnitSettings>().rows, ShapeRows::positions);
     EXPECT_EQ(kind_named("units").rows(config), ShapeRows::positions);
-    EXPECT_EQ(config.filter.minimum_strength, 0) << "votes choose";
+    EXPECT_EQ(config.filter.rule, FilterRule::strength) << "votes choose";
+    EXPECT_EQ(config.filter.minimum_strength, 0);
     EXPECT_EQ(config.filter.minimum_share, 0);
     EXPECT_EQ(kind_named("units").rows(default_config("units")), ShapeRows::features);
     const std::string text = write_config(config, true);
