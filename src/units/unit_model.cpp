@@ -116,7 +116,7 @@ void UnitModel::save(StoredArrays& arrays) const {
     arrays.keep<int>(kRoots, {std::ssize(roots)}, roots);
     const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> of_roots =
         turning_->roots();
-    arrays.keep<double>(kOfRoots, {code_count(), std::ssize(roots), kRotationDim},
+    arrays.keep<double>(kOfRoots, {turning_->count(), std::ssize(roots), kRotationDim},
                         {of_roots.data(), of_roots.data() + of_roots.size()});
 }
 
