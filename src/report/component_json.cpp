@@ -40,6 +40,7 @@ nlohmann::ordered_json component_json(const Component& c, const ModelContext& co
     if (c.trust) {
         json["votes"] = c.trust->votes;
         json["found_again"] = c.trust->found_again;
+        json["held_out"] = c.trust->held_out;
     }
     return json;
 }
