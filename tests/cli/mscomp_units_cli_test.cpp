@@ -113,6 +113,18 @@ TEST_F(UnitsCommand, AtMostSoMany) {
                 HasSubstr("--components"));
 }
 
+// Nobody says that an arm is made of joints; its true movers are found, and at most four more.
+TEST_F(UnitsCommand, FindsTheJointsOfAnArm) {
+    run("mscomp units arm.safetensors -o joints.run --quiet", 0);
+    const auto report =
+        json_of("mscomp evaluate joints.run --split all --fit features --truth arm/truth.json");
+    EXPECT_LE(report["component_list"].size(), 16U);
+    EXPECT_GE(report["truth"]["features"]["matched_one_to_one"].get<int>(), 11);
+    for (const auto& component : report["component_list"]) {
+        EXPECT_GE(component["held_out"].get<double>(), 0);
+    }
+}
+
 TEST_F(UnitsCommand, SaysWhatCannotBe) {
     EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet --set "
                     "'data.split={train: every, step: 20}'",
@@ -129,8 +141,8 @@ TEST_F(UnitsCommand, SaysWhatCannotBe) {
                 HasSubstr("changes of positions; wanted changes of features"));
     EXPECT_THAT(run("mscomp units nothing.safetensors -o u.run", 4).err,
                 HasSubstr("nothing.safetensors"));
-    // Joints: the whole arm follows.
-    EXPECT_THAT(run("mscomp units arm.safetensors -o w.run", 0).err,
+    // Joints as what switches: the whole arm follows.
+    EXPECT_THAT(run("mscomp units arm.safetensors -o w.run --set model.route=codes", 0).err,
                 HasSubstr("of the mesh on average: joints"));
     // Each shape moves in a way of its own: what is found is none, and that is said.
     run("acapfeat generate twist -o twist --frames 30 --noise 0.3 --quiet", 0);
