@@ -195,8 +195,7 @@ EdgeSample edge_sample(const MetricRows& turns, const std::vector<Point>& middle
     std::vector<int> edges = farthest_point_samples(middles, std::min(kPlaces, edge_count));
     edges.insert(edges.end(), seeds.begin(), seeds.end());
     std::ranges::sort(edges);
-    const auto same = std::ranges::unique(edges);
-    edges.erase(same.begin(), same.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 
     EdgeSample sample{MatrixXd(3 * std::ssize(edges), turns.shape_count()), {}, 1};
     if (edges.empty()) return sample;

@@ -164,8 +164,7 @@ std::vector<int> TurningComponents::vertices_of(int k) const {
         vertices.push_back(j);
     }
     std::ranges::sort(vertices);
-    const auto same = std::ranges::unique(vertices);
-    vertices.erase(same.begin(), same.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     return vertices;
 }
 
