@@ -50,7 +50,7 @@ Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
     const Index shapes = basis.places.rows(), directions = basis.sizes.size();
     const MatrixXd vectors = basis.places / std::sqrt(static_cast<double>(shapes));
     // Of mean square 1 over the edges of the mesh in each direction.
-    const auto places = static_cast<double>(sample.values.rows() / 3);
+    const auto places = static_cast<double>(sample.values.rows()) / 3;
     const MatrixXd at_places =
         std::sqrt(places * sample.edges_of_each) *
         (sample.values * (vectors * basis.sizes.cwiseInverse().asDiagonal()));

@@ -26,7 +26,7 @@ constexpr double kFullTurn = 2 * std::numbers::pi;
 
 /// The rotation vector of R that is nearest to `near`.
 Vector3d log_near(const Matrix3d& rotation, const Vector3d& near) {
-    const Vector3d principal = rotation_log(rotation);
+    Vector3d principal = rotation_log(rotation);
     const double angle = principal.norm();
     Vector3d axis = principal;
     if (angle > 1e-9) {
