@@ -34,7 +34,8 @@ class RunFolder : public testing::Test {
     /// A training without end, `meanwhile` once it has begun, and how it ended.
     Outcome train_while(const std::string& meanwhile, const std::string& prefix = "") const {
         return shell(work_, prefix + mscomp_ +
-                                "train config.yaml -o run --quiet --set train.epochs=1000000 & "
+                                "train config.yaml -o run --quiet --set train.epochs=1000000 "
+                                "--set train.plateau_epochs=0 & "
                                 "pid=$!\n"
                                 "until [ -e run/checkpoint.safetensors ]; do sleep 0.01; done\n" +
                                 meanwhile + "\nwait $pid");
