@@ -120,9 +120,11 @@ TEST_F(UnitsCommand, FindsTheJointsOfAnArm) {
         json_of("mscomp evaluate joints.run --split all --fit features --truth arm/truth.json");
     EXPECT_LE(report["component_list"].size(), 16U);
     EXPECT_GE(report["truth"]["features"]["matched_one_to_one"].get<int>(), 11);
+    int read = 0;
     for (const auto& component : report["component_list"]) {
-        EXPECT_GE(component["held_out"].get<double>(), 0);
+        read += component["held_out"].get<double>() > 0.9 ? 1 : 0;
     }
+    EXPECT_GE(read, 8) << "of the joints in shapes that were left out";
 }
 
 TEST_F(UnitsCommand, SaysWhatCannotBe) {

@@ -5,13 +5,15 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numeric>
 #include <span>
 #include <vector>
 
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/random.h"
 #include "mscomp/base/shape_features.h"
-#include "mscomp/model/shape_model.h"
+#include "mscomp/model/learned_model.h"
 
 namespace mscomp::cases {
 
@@ -61,6 +63,15 @@ inline Eigen::MatrixXd matrix_of(const CodeTable& table) {
     return Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
                table.values.data(), table.shape_count(), table.code_count)
         .cast<double>();
+}
+
+/// A learner that has begun with all shapes.
+inline std::unique_ptr<Learner> started(LearnedModel& model, const ShapeSet& shapes) {
+    std::vector<int> train(at(shapes.shape_count()));
+    std::iota(train.begin(), train.end(), 0);
+    auto learner = model.learner(shapes, train);
+    learner->start();
+    return learner;
 }
 
 }  // namespace mscomp::cases

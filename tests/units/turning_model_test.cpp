@@ -20,6 +20,7 @@ namespace {
 
 using cases::Features;
 using cases::matrix_of;
+using cases::started;
 using Eigen::MatrixXd;
 
 constexpr int kJoints = 3, kShapes = 40;
@@ -53,13 +54,6 @@ class TurningModelTest : public testing::Test {
     std::unique_ptr<UnitModel> made() {
         return std::make_unique<UnitModel>(
             config_, ModelPlace{sphere_.mesh, sphere_.distances, sphere_.scale});
-    }
-    std::unique_ptr<Learner> started(UnitModel& model, const ShapeSet& shapes) {
-        std::vector<int> train(at(shapes.shape_count()));
-        std::iota(train.begin(), train.end(), 0);
-        auto learner = model.learner(shapes, train);
-        learner->start();
-        return learner;
     }
 
     cases::Sphere sphere_;

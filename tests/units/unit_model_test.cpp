@@ -21,6 +21,7 @@ namespace {
 
 using cases::Features;
 using cases::matrix_of;
+using cases::started;
 using Eigen::MatrixXd;
 
 /// Positions (shapes,V,3) in memory, each shape turned and shifted by a little.
@@ -66,13 +67,6 @@ class UnitModelTest : public testing::Test {
     Features moved_by(const MatrixXd& codes) {
         const MatrixXd components = cases::dense(sphere_.components(4, 0.25, 37));
         return {sphere_.vertices(), 0.1 * components * codes.transpose()};
-    }
-    std::unique_ptr<Learner> started(UnitModel& model, const ShapeSet& shapes) {
-        std::vector<int> train(at(shapes.shape_count()));
-        std::iota(train.begin(), train.end(), 0);
-        auto learner = model.learner(shapes, train);
-        learner->start();
-        return learner;
     }
 
     cases::Sphere sphere_;
