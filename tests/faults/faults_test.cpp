@@ -248,8 +248,8 @@ class Faults : public testing::TestWithParam<WritingCommand> {
     }
     bool names_a_file(const std::string& err) const {
         return std::ranges::any_of(
-            std::vector<const char*>{"out", "features", "meshes", "trained", "config", "sweep.yaml",
-                                     "/work: "},
+            std::vector<const char*>{"out", "features", "meshes", "trained", "config", "fit.yaml",
+                                     "sweep.yaml", "/work: "},
             [&](const char* name) { return err.find(name) != std::string::npos; });
     }
 
