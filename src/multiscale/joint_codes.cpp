@@ -125,9 +125,8 @@ std::vector<float> weighted_sum(const BallComponents& components, std::span<cons
     return row;
 }
 
-JointCodes::JointCodes(const BallComponents& components) {
+JointCodes::JointCodes(MatrixXd gram) {
     constexpr double kDamping = 1e-7;
-    MatrixXd gram = gram_matrix(components);
     for (Eigen::Index k = 0; k < gram.rows(); ++k) {
         if (gram(k, k) == 0) gram(k, k) = 1;
     }

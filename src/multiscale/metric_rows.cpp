@@ -11,4 +11,10 @@ void MetricRows::set(int m, std::span<const float> row) {
     }
 }
 
+std::vector<float> MetricRows::row(int m) const {
+    std::vector<float> row(at(vertices_) * at(width_));
+    for (std::size_t i = 0; i < row.size(); ++i) row[i] = value(i, m);
+    return row;
+}
+
 }  // namespace mscomp

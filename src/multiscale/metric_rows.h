@@ -30,6 +30,8 @@ class MetricRows {
     std::span<const float> all() const { return values_; }
     /// Shape m is `row` (V,width).
     void set(int m, std::span<const float> row);
+    /// That of shape m (V,width).
+    std::vector<float> row(int m) const;
     /// Entry `i` of the row (V,width) of shape m.
     float value(std::size_t i, int m) const { return values_[i * at(shapes_) + at(m)]; }
     void set(std::size_t i, int m, float value) { values_[i * at(shapes_) + at(m)] = value; }

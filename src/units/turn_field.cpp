@@ -5,13 +5,14 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include "acap/rotation.h"
 #include "mscomp/base/error.h"
-#include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
 #include "mscomp/linear/block_cholesky.h"
@@ -57,12 +58,17 @@ void for_chunks(std::size_t count, const Body& body) {
 
 }  // namespace
 
-/// Where integration has come to.
+/// One correction of rotations, and all from the tree to the last rotations.
+struct TurnField::Pass {
+    std::vector<Matrix3d> rotations;   // (V) before it
+    std::vector<Matrix3d> seen;        // (E) R_i exp(ρ) R_jᵀ
+    std::vector<Vector3d> residuals;   // (E) its logarithm
+    std::vector<Vector3d> correction;  // (V) δ
+};
+
 struct TurnField::State {
-    std::vector<Matrix3d> along_tree, rotations;  // (V) before and after the correction
-    std::vector<Vector3d> vectors;                // (V) of the latter
-    std::vector<Matrix3d> seen;                   // (E) R_i exp(ρ) R_jᵀ along the tree
-    std::vector<Vector3d> residuals, correction;  // (E) its logarithm, (V) δ
+    std::array<Pass, 2> passes;
+    std::vector<Vector3d> vectors;  // (V) of the last rotations
 };
 
 TurnField::TurnField(const TriangleMesh& mesh, std::vector<int> roots)
@@ -151,11 +157,11 @@ std::vector<std::vector<int>> TurnField::pieces() const {
     return pieces;
 }
 
-std::vector<float> TurnField::turns_of(std::span<const float> features) const {
+std::vector<float> TurnField::turns_of(std::span<const float> vectors) const {
     std::vector<Matrix3d> rotations(at(vertex_count_));
     for_chunks(rotations.size(), [&](std::size_t v) {
-        rotations[v] = rotation_exp(
-            Eigen::Map<const Eigen::Vector3f>(features.data() + v * kFeatureDim).cast<double>());
+        rotations[v] =
+            rotation_exp(Eigen::Map<const Eigen::Vector3f>(vectors.data() + 3 * v).cast<double>());
     });
     std::vector<float> turns(3 * edges_.size());
     for_chunks(edges_.size(), [&](std::size_t e) {
@@ -168,57 +174,99 @@ std::vector<float> TurnField::turns_of(std::span<const float> features) const {
 
 TurnField::State TurnField::state_of(const std::vector<Vector3d>& turns,
                                      const std::vector<Vector3d>& roots) const {
-    State state;
-    state.along_tree.resize(at(vertex_count_));
-    std::vector<Vector3d> near(at(vertex_count_));
+    std::vector<Matrix3d> rotations(at(vertex_count_));
+    std::vector<Vector3d> near(rotations.size());
     for (std::size_t p = 0; p < roots_.size(); ++p) {
-        state.along_tree[at(roots_[p])] = rotation_exp(roots[p]);
+        rotations[at(roots_[p])] = rotation_exp(roots[p]);
         near[at(roots_[p])] = roots[p];
     }
     for (const Step& step : steps_) {
         const bool is_forth = edges_[at(step.edge)][0] == step.from;
         const Vector3d& turn = turns[at(step.edge)];
-        state.along_tree[at(step.to)] =
-            state.along_tree[at(step.from)] * rotation_exp(is_forth ? turn : Vector3d(-turn));
-        near[at(step.to)] = log_near(state.along_tree[at(step.to)], near[at(step.from)]);
+        rotations[at(step.to)] =
+            rotations[at(step.from)] * rotation_exp(is_forth ? turn : Vector3d(-turn));
+        near[at(step.to)] = log_near(rotations[at(step.to)], near[at(step.from)]);
     }
-    state.seen.resize(edges_.size());
-    state.residuals.resize(edges_.size());
+    State state;
+    for (Pass& pass : state.passes) {
+        pass.rotations = rotations;
+        correct(turns, pass);
+        for_chunks(rotations.size(), [&](std::size_t v) {
+            rotations[v] = rotation_exp(pass.correction[v]) * pass.rotations[v];
+        });
+    }
+    state.vectors.resize(rotations.size());
+    for_chunks(rotations.size(),
+               [&](std::size_t v) { state.vectors[v] = log_near(rotations[v], near[v]); });
+    return state;
+}
+
+/// All of it from the rotations.
+void TurnField::correct(const std::vector<Vector3d>& turns, Pass& pass) const {
+    pass.seen.resize(edges_.size());
+    pass.residuals.resize(edges_.size());
     for_chunks(edges_.size(), [&](std::size_t e) {
         const auto [i, j] = edges_[e];
-        state.seen[e] =
-            state.along_tree[at(i)] * rotation_exp(turns[e]) * state.along_tree[at(j)].transpose();
-        state.residuals[e] = rotation_log(state.seen[e]);
+        pass.seen[e] =
+            pass.rotations[at(i)] * rotation_exp(turns[e]) * pass.rotations[at(j)].transpose();
+        pass.residuals[e] = rotation_log(pass.seen[e]);
     });
-    state.correction = corrected(state.residuals);
-    state.rotations.resize(at(vertex_count_));
-    state.vectors.resize(at(vertex_count_));
-    for_chunks(state.rotations.size(), [&](std::size_t v) {
-        state.rotations[v] = rotation_exp(state.correction[v]) * state.along_tree[v];
-        state.vectors[v] = log_near(state.rotations[v], near[v]);
-    });
-    return state;
+    pass.correction = corrected(pass.residuals);
 }
 
 std::vector<Vector3d> TurnField::corrected(const std::vector<Vector3d>& residuals) const {
     std::vector<Vector3d> correction(at(vertex_count_), Vector3d::Zero());
-    if (!laplacian_) return correction;
-    std::vector<Lanes<4>> sides(at(vertex_count_) - roots_.size(), Lanes<4>{}), work;
     for (std::size_t e = 0; e < edges_.size(); ++e) {
-        const int a = unknown_[at(edges_[e][0])], b = unknown_[at(edges_[e][1])];
-        for (std::size_t x = 0; x < 3; ++x) {
-            const double residual = residuals[e][static_cast<Eigen::Index>(x)];
-            if (a >= 0) sides[at(a)][x] -= residual;
-            if (b >= 0) sides[at(b)][x] += residual;
+        correction[at(edges_[e][0])] -= residuals[e];
+        correction[at(edges_[e][1])] += residuals[e];
+    }
+    solve_laplacian(correction);
+    return correction;
+}
+
+void TurnField::solve_laplacian(std::vector<Vector3d>& values) const {
+    std::vector<Lanes<4>> sides(at(vertex_count_) - roots_.size(), Lanes<4>{}), work;
+    for (std::size_t v = 0; v < values.size(); ++v) {
+        const Vector3d& value = values[v];
+        if (unknown_[v] >= 0) sides[at(unknown_[v])] = {value[0], value[1], value[2], 0};
+    }
+    if (laplacian_) laplacian_->solve<4>(sides, work);
+    for (std::size_t v = 0; v < values.size(); ++v) {
+        if (unknown_[v] < 0) {
+            values[v].setZero();
+        } else {
+            const Lanes<4>& found = sides[at(unknown_[v])];
+            values[v] = {found[0], found[1], found[2]};
         }
     }
-    laplacian_->solve<4>(sides, work);
-    for (std::size_t v = 0; v < correction.size(); ++v) {
-        if (unknown_[v] < 0) continue;
-        const Lanes<4>& found = sides[at(unknown_[v])];
-        correction[v] = {found[0], found[1], found[2]};
+}
+
+void TurnField::subtract_means(std::vector<Vector3d>& values) const {
+    for (std::size_t p = 0; p < roots_.size(); ++p) {
+        const std::span<const Step> steps =
+            std::span(steps_).subspan(first_step_[p], first_step_[p + 1] - first_step_[p]);
+        Vector3d mean = values[at(roots_[p])];
+        for (const Step& step : steps) mean += values[at(step.to)];
+        mean /= static_cast<double>(steps.size() + 1);
+        values[at(roots_[p])] -= mean;
+        for (const Step& step : steps) values[at(step.to)] -= mean;
     }
-    return correction;
+}
+
+std::vector<Vector3d> TurnField::added_up(const std::vector<Vector3d>& turns) const {
+    std::vector<Vector3d> sums = corrected(turns);
+    subtract_means(sums);
+    return sums;
+}
+
+std::vector<Vector3d> TurnField::shared_out(std::vector<Vector3d> rotations) const {
+    subtract_means(rotations);
+    solve_laplacian(rotations);
+    std::vector<Vector3d> turns(edges_.size());
+    for (std::size_t e = 0; e < edges_.size(); ++e) {
+        turns[e] = rotations[at(edges_[e][1])] - rotations[at(edges_[e][0])];
+    }
+    return turns;
 }
 
 std::vector<Vector3d> TurnField::integrated(const std::vector<Vector3d>& turns,
@@ -226,26 +274,47 @@ std::vector<Vector3d> TurnField::integrated(const std::vector<Vector3d>& turns,
     return state_of(turns, roots).vectors;
 }
 
+namespace {
+
+/// How a correction carries over what changes.
+struct Carried {
+    std::vector<Matrix3d> forth, of_residual;      // (E)
+    std::vector<Matrix3d> of_correction, carried;  // (V)
+};
+
+}  // namespace
+
 // Spins θ say how rotations change, dR = θ × R: along the tree, through the residuals of edges and
-// the correction to the rotation vectors.
+// the corrections to the rotation vectors.
 std::vector<std::vector<Vector3d>> TurnField::derivatives(
     const std::vector<Vector3d>& turns, const std::vector<Vector3d>& roots,
     const std::vector<Direction>& directions) const {
     const State state = state_of(turns, roots);
     const std::size_t vertices = at(vertex_count_);
-    std::vector<Matrix3d> forth(edges_.size()), back(edges_.size()), of_residual(edges_.size());
+    std::array<Carried, std::tuple_size_v<decltype(state.passes)>> through;
+    for (std::size_t p = 0; p < through.size(); ++p) {
+        const Pass& pass = state.passes[p];
+        Carried& own = through[p];
+        own.forth.resize(edges_.size());
+        own.of_residual.resize(edges_.size());
+        for_chunks(edges_.size(), [&](std::size_t e) {
+            own.forth[e] = pass.rotations[at(edges_[e][0])] * rotation_left_jacobian(turns[e]);
+            own.of_residual[e] = inverse_left_jacobian(pass.residuals[e]);
+        });
+        own.of_correction.resize(vertices);
+        own.carried.resize(vertices);
+        for_chunks(vertices, [&](std::size_t v) {
+            own.of_correction[v] = rotation_left_jacobian(pass.correction[v]);
+            own.carried[v] = rotation_exp(pass.correction[v]);
+        });
+    }
+    const std::vector<Matrix3d>& along_tree = state.passes.front().rotations;
+    std::vector<Matrix3d> back(edges_.size()), of_vector(vertices);
     for_chunks(edges_.size(), [&](std::size_t e) {
-        const auto [i, j] = edges_[e];
-        forth[e] = state.along_tree[at(i)] * rotation_left_jacobian(turns[e]);
-        back[e] = -state.along_tree[at(j)] * rotation_left_jacobian(-turns[e]);
-        of_residual[e] = inverse_left_jacobian(state.residuals[e]);
+        back[e] = -along_tree[at(edges_[e][1])] * rotation_left_jacobian(-turns[e]);
     });
-    std::vector<Matrix3d> of_correction(vertices), carried(vertices), of_vector(vertices);
-    for_chunks(vertices, [&](std::size_t v) {
-        of_correction[v] = rotation_left_jacobian(state.correction[v]);
-        carried[v] = rotation_exp(state.correction[v]);
-        of_vector[v] = inverse_left_jacobian(state.vectors[v]);
-    });
+    for_chunks(vertices,
+               [&](std::size_t v) { of_vector[v] = inverse_left_jacobian(state.vectors[v]); });
     std::vector<std::vector<Vector3d>> changes(directions.size());
     parallel_for(std::ssize(directions), [&](std::int64_t d) {
         const Direction& direction = directions[at(d)];
@@ -255,20 +324,24 @@ std::vector<std::vector<Vector3d>> TurnField::derivatives(
         }
         for (const Step& step : steps_) {
             const auto e = at(step.edge);
-            const Matrix3d& moved = edges_[e][0] == step.from ? forth[e] : back[e];
+            const Matrix3d& moved = edges_[e][0] == step.from ? through.front().forth[e] : back[e];
             spins[at(step.to)] = spins[at(step.from)] + moved * direction.turns[e];
         }
-        for (std::size_t e = 0; e < edges_.size(); ++e) {
-            const auto [i, j] = edges_[e];
-            residuals[e] = of_residual[e] * (spins[at(i)] + forth[e] * direction.turns[e] -
-                                             state.seen[e] * spins[at(j)]);
+        for (std::size_t p = 0; p < through.size(); ++p) {
+            const Carried& own = through[p];
+            for (std::size_t e = 0; e < edges_.size(); ++e) {
+                const auto [i, j] = edges_[e];
+                residuals[e] =
+                    own.of_residual[e] * (spins[at(i)] + own.forth[e] * direction.turns[e] -
+                                          state.passes[p].seen[e] * spins[at(j)]);
+            }
+            const std::vector<Vector3d> correction = corrected(residuals);
+            for (std::size_t v = 0; v < vertices; ++v) {
+                spins[v] = own.of_correction[v] * correction[v] + own.carried[v] * spins[v];
+            }
         }
-        const std::vector<Vector3d> correction = corrected(residuals);
-        std::vector<Vector3d>& change = changes[at(d)];
-        change.resize(vertices);
-        for (std::size_t v = 0; v < vertices; ++v) {
-            change[v] = of_vector[v] * (of_correction[v] * correction[v] + carried[v] * spins[v]);
-        }
+        for (std::size_t v = 0; v < vertices; ++v) spins[v] = of_vector[v] * spins[v];
+        changes[at(d)] = std::move(spins);
     });
     return changes;
 }

@@ -33,13 +33,19 @@ class TurnField {
     /// Of each connected piece its vertices, in the order of the roots.
     std::vector<std::vector<int>> pieces() const;
 
-    /// log(R_iᵀ R_j) (E,3) of features (V,9), in radians.
-    std::vector<float> turns_of(std::span<const float> features) const;
+    /// log(R_iᵀ R_j) (E,3) of rotation vectors (V,3), in radians.
+    std::vector<float> turns_of(std::span<const float> vectors) const;
+
+    /// A x (V,3): the rotation vectors that turns x (E,3) add up to where they are small, less
+    /// their mean over each piece; and its adjoint Aᵀ y (E,3).
+    std::vector<Eigen::Vector3d> added_up(const std::vector<Eigen::Vector3d>& turns) const;
+    std::vector<Eigen::Vector3d> shared_out(std::vector<Eigen::Vector3d> rotations) const;
 
     /// Rotation vectors (V,3), those of neighbours on the same turn, of turns ρ (E,3) and the
     /// rotation vectors (P,3) of the roots: along a tree from each root, R_j = R_i exp(ρ_ij), then
-    /// corrected once, R ← exp(δ) R, by the least squares of δ_j - δ_i = log(R_i exp(ρ_ij) R_jᵀ)
-    /// with δ = 0 at the roots. Exact where the turns are those of rotations.
+    /// corrected twice, R ← exp(δ) R, by the least squares of δ_j - δ_i = log(R_i exp(ρ_ij) R_jᵀ)
+    /// with δ = 0 at the roots. Exact where the turns are those of rotations; elsewhere, after the
+    /// first correction alone, what comes out would depend on the tree.
     std::vector<Eigen::Vector3d> integrated(const std::vector<Eigen::Vector3d>& turns,
                                             const std::vector<Eigen::Vector3d>& roots) const;
 
@@ -56,14 +62,19 @@ class TurnField {
     struct Step {  // of the tree
         int edge, from, to;
     };
+    struct Pass;
     struct State;
 
     void grow_tree(const std::vector<int>& wanted);
     void factorise();
     State state_of(const std::vector<Eigen::Vector3d>& turns,
                    const std::vector<Eigen::Vector3d>& roots) const;
+    void correct(const std::vector<Eigen::Vector3d>& turns, Pass& pass) const;
     /// δ of the residuals of all edges.
     std::vector<Eigen::Vector3d> corrected(const std::vector<Eigen::Vector3d>& residuals) const;
+    /// L⁻¹ of values (V,3), in place; those of the roots become zero.
+    void solve_laplacian(std::vector<Eigen::Vector3d>& values) const;
+    void subtract_means(std::vector<Eigen::Vector3d>& values) const;
 
     int vertex_count_ = 0;
     std::vector<std::array<int, 2>> edges_;

@@ -6,9 +6,12 @@
 #include <iterator>
 #include <utility>
 
+#include "acap/rotation.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/parallel.h"
+#include "multiscale/joint_codes.h"
+#include "units/turn_fit.h"
 #include "units/unit_components.h"
 
 namespace mscomp {
@@ -38,36 +41,51 @@ std::vector<float> with_squares(std::span<const float> codes) {
     return both;
 }
 
-}  // namespace
-
-void TurningShapes::add(int m, std::span<const float> features) {
-    turns_.set(m, field_.turns_of(features));
-    for (std::size_t v = 0; v < squares_.size(); ++v) {
-        for (std::size_t x = 0; x < kRotationDim; ++x) {
-            const auto r = static_cast<double>(features[v * kFeatureDim + x]);
-            squares_[v] += r * r;
-        }
+/// The rotation vectors (V,3) of features (V,9).
+std::vector<float> vectors_of(std::span<const float> features) {
+    std::vector<float> vectors;
+    vectors.reserve(features.size() / kFeatureDim * kRotationDim);
+    for (std::size_t i = 0; i < features.size(); ++i) {
+        if (i % kFeatureDim < kRotationDim) vectors.push_back(features[i]);
     }
+    return vectors;
 }
 
-void TurningShapes::place_roots(const TriangleMesh& mesh) {
+}  // namespace
+
+void TurningShapes::set(int m, std::span<const float> features) {
+    const std::vector<float> vectors = vectors_of(features);
+    rotations_.set(m, vectors);
+    turns_.set(m, field_.turns_of(vectors));
+}
+
+std::vector<int> TurningShapes::least_turning() const {
+    std::vector<double> squares;
+    for (int v = 0; v < rotations_.vertex_count(); ++v) {
+        double square = 0;
+        for (const float x : rotations_.vertex(v)) {
+            square += static_cast<double>(x) * static_cast<double>(x);
+        }
+        squares.push_back(square);
+    }
     std::vector<int> roots;
     for (const std::vector<int>& piece : field_.pieces()) {
         roots.push_back(*std::ranges::min_element(piece, [&](int a, int b) {
-            return squares_[at(a)] < squares_[at(b)] ||
-                   (squares_[at(a)] == squares_[at(b)] && a < b);
+            return squares[at(a)] < squares[at(b)] || (squares[at(a)] == squares[at(b)] && a < b);
         }));
     }
-    field_ = TurnField(mesh, std::move(roots));
+    return roots;
 }
 
-void TurningShapes::add_roots(int m, std::span<const float> features) {
-    for (std::size_t p = 0; p < field_.roots().size(); ++p) {
-        for (std::size_t x = 0; x < kRotationDim; ++x) {
-            roots_(m, static_cast<Index>(kRotationDim * p + x)) =
-                static_cast<double>(features[at(field_.roots()[p]) * kFeatureDim + x]);
+MatrixXd TurningShapes::roots() const {
+    MatrixXd roots(rotations_.shape_count(), 3 * std::ssize(field_.roots()));
+    for (Index i = 0; i < roots.cols(); ++i) {
+        const std::size_t from = 3 * at(field_.roots()[at(i / 3)]) + at(i % 3);
+        for (Index m = 0; m < roots.rows(); ++m) {
+            roots(m, i) = static_cast<double>(rotations_.value(from, static_cast<int>(m)));
         }
     }
+    return roots;
 }
 
 std::vector<Point> TurningShapes::middles(const TriangleMesh& mesh, const TurnField& field) {
@@ -84,15 +102,49 @@ TurningComponents::TurningComponents(TurnField field, BallComponents turns, Matr
     : field_(std::move(field)),
       turns_(std::move(turns)),
       roots_(std::move(roots)),
-      stretches_(std::move(stretches)),
-      joint_codes_(turns_) {}
+      stretches_(std::move(stretches)) {}
 
 Eigen::VectorXd TurningComponents::codes_of(std::span<const float> features) const {
-    return joint_codes_.solve(products(turns_, field_.turns_of(features)));
+    const std::vector<float> vectors = vectors_of(features);
+    return codes_of(vectors, field_.turns_of(vectors));
 }
 
-MatrixXd TurningComponents::codes_of(const MetricRows& turns) const {
-    return joint_codes_.solve(products(turns_, turns)).transpose();
+MatrixXd TurningComponents::codes_of(const TurningShapes& shapes) const {
+    MatrixXd codes(shapes.turns().shape_count(), count());
+    for (int m = 0; m < shapes.turns().shape_count(); ++m) {
+        codes.row(m) = codes_of(shapes.rotations().row(m), shapes.turns().row(m));
+    }
+    return codes;
+}
+
+/// Of rotation vectors (V,3) and their turns (E,3).
+Eigen::VectorXd TurningComponents::codes_of(std::span<const float> vectors,
+                                            std::span<const float> turns) const {
+    std::vector<Eigen::Matrix3d> rotations(at(field_.vertex_count()));
+    for (std::size_t v = 0; v < rotations.size(); ++v) {
+        rotations[v] =
+            rotation_exp(Eigen::Map<const Eigen::Vector3f>(vectors.data() + 3 * v).cast<double>());
+    }
+    // Turns as the shape has them in space, those of each component and last its own.
+    MatrixXd added(3 * field_.vertex_count(), count() + 1);
+    parallel_for(count() + 1, [&](std::int64_t k) {
+        std::vector<Vector3d> turned(at(field_.edge_count()), Vector3d::Zero());
+        const auto put = [&](int e, const float* turn) {
+            turned[at(e)] = rotations[at(field_.edges()[at(e)][0])] *
+                            Eigen::Map<const Eigen::Vector3f>(turn).cast<double>();
+        };
+        if (k == count()) {
+            for (int e = 0; e < field_.edge_count(); ++e) put(e, turns.data() + 3 * at(e));
+        } else {
+            const std::vector<float> values = turns_.component(static_cast<int>(k));
+            const std::vector<int>& edges = turns_.balls()[at(k)].vertices;
+            for (std::size_t n = 0; n < edges.size(); ++n) put(edges[n], values.data() + 3 * n);
+        }
+        const std::vector<Vector3d> sums = field_.added_up(turned);
+        added.col(k) = Eigen::Map<const Eigen::VectorXd>(sums.front().data(), added.rows());
+    });
+    const auto own = added.leftCols(count());
+    return JointCodes(own.transpose() * own).solve(own.transpose() * added.rightCols(1));
 }
 
 /// Σ_k z_k of what components do.
@@ -240,15 +292,19 @@ TurningComponents turning_components(const TurningShapes& shapes, const MetricRo
     const auto codes_on = [&](const BallComponents& turns) {
         return MatrixXd(JointCodes(turns).solve(products(turns, shapes.turns())).transpose());
     };
+    const auto carrying = [&](const MatrixXd& given) {
+        BallComponents turns = unit_components(shapes.turns(), given, kLeastTurnPart);
+        return TurningComponents(
+            TurnField(mesh, shapes.field().roots()),
+            fitted_to_carry(shapes.field(), shapes.turns(), given, std::move(turns)), {}, {});
+    };
     MatrixXd fitted = codes;
     for (int round = 0; round < kRounds; ++round) {
         fitted = codes_on(unit_components(shapes.turns(), fitted, kMostTurningPart));
     }
-    BallComponents turns = unit_components(shapes.turns(), fitted, kLeastTurnPart);
-    const MatrixXd last = codes_on(turns);
-    MatrixXd roots = last.completeOrthogonalDecomposition().solve(shapes.roots());
-    TurningComponents found(TurnField(mesh, shapes.field().roots()), std::move(turns),
-                            std::move(roots), {});
+    TurningComponents found = carrying(carrying(fitted).codes_of(shapes));
+    const MatrixXd last = found.codes_of(shapes);
+    found.set_roots(last.completeOrthogonalDecomposition().solve(shapes.roots()));
     std::vector<std::vector<int>> turned;
     for (int k = 0; k < found.count(); ++k) turned.push_back(found.vertices_of(k));
     found.set_stretches(

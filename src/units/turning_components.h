@@ -8,49 +8,47 @@
 
 #include "mscomp/model/shape_model.h"
 #include "multiscale/ball_components.h"
-#include "multiscale/joint_codes.h"
 #include "multiscale/metric_rows.h"
 #include "multiscale/row_map.h"
 #include "units/turn_field.h"
 
 namespace mscomp {
 
-/// Relative rotations of shapes along the edges of a mesh, and what else is needed to go back.
+/// Rotations of shapes and what these turn by along the edges of a mesh.
 class TurningShapes {
   public:
     /// Roots are where shapes turn least, so that little is asked of them. `feature(m)` (V,9) are
-    /// unscaled features of shape m, asked for twice.
+    /// unscaled features of shape m.
     template <class Feature>
     TurningShapes(const TriangleMesh& mesh, int shapes, const Feature& feature)
-        : field_(mesh), turns_(field_.edge_count(), shapes, 3) {
-        squares_.assign(at(field_.vertex_count()), 0.0);
-        for (int m = 0; m < shapes; ++m) add(m, feature(m));
-        place_roots(mesh);
-        roots_.resize(shapes, 3 * std::ssize(field_.roots()));
-        for (int m = 0; m < shapes; ++m) add_roots(m, feature(m));
+        : field_(mesh),
+          rotations_(field_.vertex_count(), shapes, 3),
+          turns_(field_.edge_count(), shapes, 3) {
+        for (int m = 0; m < shapes; ++m) set(m, feature(m));
+        field_ = TurnField(mesh, least_turning());
     }
 
     const TurnField& field() const { return field_; }
-    const MetricRows& turns() const { return turns_; }       // (E,3,N)
-    const Eigen::MatrixXd& roots() const { return roots_; }  // (N,3P) rotation vectors
+    const MetricRows& rotations() const { return rotations_; }  // (V,3,N) rotation vectors
+    const MetricRows& turns() const { return turns_; }          // (E,3,N)
+    Eigen::MatrixXd roots() const;                              // (N,3P) of their rotations
     /// Of every edge, where the reference has it.
     static std::vector<Point> middles(const TriangleMesh& mesh, const TurnField& field);
 
   private:
-    void add(int m, std::span<const float> features);
-    void add_roots(int m, std::span<const float> features);
-    void place_roots(const TriangleMesh& mesh);
+    void set(int m, std::span<const float> features);
+    /// A vertex of each piece.
+    std::vector<int> least_turning() const;
 
     TurnField field_;
-    MetricRows turns_;
-    std::vector<double> squares_;  // (V) of the rotation vectors of all shapes
-    Eigen::MatrixXd roots_;
+    MetricRows rotations_, turns_;
 };
 
 /// K components with codes z that turn by Σ_k z_k B_k along edges, exactly none where a unit does
 /// not turn, and stretch by Σ_k (z_k A_k + z_k² Q_k), Q only where it turns: what bends one way or
-/// the other stretches alike (method §10, space route). Codes are joint least squares over the
-/// turns.
+/// the other stretches alike (method §10, space route). Codes are joint least squares over what the
+/// turns carry: those of the rotations R of a shape, A R (x - Σ_k z_k B_k) with A of
+/// TurnField::added_up. Least squares over the turns themselves would add up along a limb.
 class TurningComponents {
   public:
     /// `turns` (E,3); `roots` (K,3P) rotation vectors of the roots for a code of 1; `stretches`
@@ -63,12 +61,13 @@ class TurningComponents {
     const Eigen::MatrixXd& roots() const { return roots_; }
     const BallComponents& stretches() const { return stretches_; }
     int count() const { return turns_.count(); }
+    void set_roots(Eigen::MatrixXd roots) { roots_ = std::move(roots); }
     void set_stretches(BallComponents stretches) { stretches_ = std::move(stretches); }
 
     /// (K) of features (V,9).
     Eigen::VectorXd codes_of(std::span<const float> features) const;
-    /// Codes (N,K) of shapes with these turns (E,3,N).
-    Eigen::MatrixXd codes_of(const MetricRows& turns) const;
+    /// (N,K).
+    Eigen::MatrixXd codes_of(const TurningShapes& shapes) const;
     /// Rotation vectors (V).
     std::vector<Eigen::Vector3d> rotations(std::span<const float> codes) const;
     /// Mapped features (V,9), their rotations zero.
@@ -81,6 +80,7 @@ class TurningComponents {
     std::vector<ComponentPlace> places() const;
 
   private:
+    Eigen::VectorXd codes_of(std::span<const float> vectors, std::span<const float> turns) const;
     TurnField::Direction weighted(std::span<const float> codes) const;
     /// One end of the edge along which it turns most; -1 for a component without.
     int most_turning(int k) const;
@@ -89,13 +89,12 @@ class TurningComponents {
     BallComponents turns_;
     Eigen::MatrixXd roots_;
     BallComponents stretches_;
-    JointCodes joint_codes_;
 };
 
 /// Fitted to shapes with the codes (N,K) of units. Three times turns by least squares, zero where
 /// they are below a fifth of their greatest length, and codes by least squares on these; then turns
-/// once more, zero below 2 %. Stretches (V,9,N), mapped, by least squares on the last codes. `mesh`
-/// is that of the field.
+/// zero below 2 %, twice, fitted to what they carry. Stretches (V,9,N), mapped, by least squares on
+/// the last codes. `mesh` is that of the field.
 TurningComponents turning_components(const TurningShapes& shapes, const MetricRows& stretches,
                                      const Eigen::MatrixXd& codes, const TriangleMesh& mesh);
 

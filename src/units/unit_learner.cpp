@@ -36,10 +36,9 @@ ComponentTrust trust_of(const FoundUnits& found, int k) {
     return {found.units.votes[at(k)], found.again[at(k)], std::min(1.0, found.held_out[at(k)])};
 }
 
-/// (V,K) squares of the features that units change where their codes in shapes with these turns are
-/// farthest from 0.
-MatrixXd squares_of_units(const TurningComponents& turning, const MetricRows& turns) {
-    const MatrixXd codes = turning.codes_of(turns);
+/// (V,K) squares of the features that units change where their codes in shapes are farthest from 0.
+MatrixXd squares_of_units(const TurningComponents& turning, const TurningShapes& shapes) {
+    const MatrixXd codes = turning.codes_of(shapes);
     MatrixXd squares(turning.field().vertex_count(), codes.cols());
     for (Eigen::Index k = 0; k < codes.cols(); ++k) {
         Eigen::Index end = 0;
@@ -224,11 +223,11 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
     };
     std::vector<int> which(at(found.units.count()));
     std::iota(which.begin(), which.end(), 0);
-    MatrixXd squares_at = squares_of_units(fitted(which), shapes.turns());
+    MatrixXd squares_at = squares_of_units(fitted(which), shapes);
     if (settings_.components > 0 && std::ssize(which) > settings_.components) {
         const Eigen::RowVectorXd moved = squares_at.colwise().sum();
         which = strongest({moved.begin(), moved.end()});
-        squares_at = squares_of_units(fitted(which), shapes.turns());
+        squares_at = squares_of_units(fitted(which), shapes);
     }
     std::vector<double> moved;
     std::vector<int> supports;

@@ -9,7 +9,6 @@
 
 #include "acap/rotation.h"
 #include "mscomp/base/error.h"
-#include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/random.h"
 #include "shapes.h"
@@ -33,21 +32,20 @@ TriangleMesh three_pieces() {
     return mesh;
 }
 
-/// Features whose rotations twist about an axis by up to `most` radians, and bend a little.
+/// Rotation vectors that twist about an axis by up to `most` radians, and bend a little.
 std::vector<float> twisted(const TriangleMesh& mesh, double most) {
-    std::vector<float> features;
+    std::vector<float> vectors;
     for (const Point& p : mesh.vertices) {
-        const Vector3d r =
-            most * p[2] * Vector3d(0.6, 0, 0.8) + Vector3d(0.3 * p[0], 0.2 * p[1], 0);
-        std::array<float, kFeatureDim> feature = kReferenceFeature;
-        Eigen::Map<Eigen::Vector3f>(feature.data()) = r.cast<float>();
-        features.insert(features.end(), feature.begin(), feature.end());
+        const Eigen::Vector3f r =
+            (most * p[2] * Vector3d(0.6, 0, 0.8) + Vector3d(0.3 * p[0], 0.2 * p[1], 0))
+                .cast<float>();
+        vectors.insert(vectors.end(), r.begin(), r.end());
     }
-    return features;
+    return vectors;
 }
 
-std::vector<Vector3d> turns_in(const TurnField& field, std::span<const float> features) {
-    const std::vector<float> turns = field.turns_of(features);
+std::vector<Vector3d> turns_in(const TurnField& field, std::span<const float> vectors) {
+    const std::vector<float> turns = field.turns_of(vectors);
     std::vector<Vector3d> result;
     for (std::size_t e = 0; e < turns.size(); e += 3) {
         result.push_back(Eigen::Map<const Eigen::Vector3f>(turns.data() + e).cast<double>());
@@ -55,12 +53,11 @@ std::vector<Vector3d> turns_in(const TurnField& field, std::span<const float> fe
     return result;
 }
 
-std::vector<Vector3d> vectors_at(std::span<const float> features,
-                                 const std::vector<int>& vertices) {
+std::vector<Vector3d> vectors_at(std::span<const float> vectors, const std::vector<int>& which) {
     std::vector<Vector3d> result;
-    for (const int v : vertices) {
-        result.push_back(Eigen::Map<const Eigen::Vector3f>(features.data() + at(v) * kFeatureDim)
-                             .cast<double>());
+    for (const int v : which) {
+        result.push_back(
+            Eigen::Map<const Eigen::Vector3f>(vectors.data() + 3 * at(v)).cast<double>());
     }
     return result;
 }
@@ -77,16 +74,16 @@ std::vector<Vector3d> with_noise(std::vector<Vector3d> turns, double size, std::
 TEST(TurnField, GivesTheRotationsOfShapesBack) {
     const TriangleMesh mesh = three_pieces();
     for (const double most : {0.0, 0.5, 4.5}) {
-        const std::vector<float> features = twisted(mesh, most);
+        const std::vector<float> vectors = twisted(mesh, most);
         for (const std::vector<int>& roots :
              {std::vector<int>{},
               std::vector<int>{17, mesh.vertex_count() - 3, mesh.vertex_count() - 1}}) {
             const TurnField field(mesh, roots);
             ASSERT_EQ(field.roots().size(), 3U);
             const auto found =
-                field.integrated(turns_in(field, features), vectors_at(features, field.roots()));
+                field.integrated(turns_in(field, vectors), vectors_at(vectors, field.roots()));
             for (int v = 0; v < mesh.vertex_count(); ++v) {
-                const Vector3d truth = vectors_at(features, {v}).front();
+                const Vector3d truth = vectors_at(vectors, {v}).front();
                 EXPECT_LT((found[at(v)] - truth).norm(), 2e-5) << most << ", vertex " << v;
             }
         }
@@ -97,9 +94,9 @@ TEST(TurnField, GivesTheRotationsOfShapesBack) {
 TEST(TurnField, TurnsThatFitNowhereAreSharedOut) {
     const TriangleMesh mesh = shapes::icosphere(2);
     const TurnField field(mesh);
-    const std::vector<float> features = twisted(mesh, 1);
-    const auto turns = with_noise(turns_in(field, features), 0.002, 1);
-    const auto found = field.integrated(turns, vectors_at(features, field.roots()));
+    const std::vector<float> vectors = twisted(mesh, 1);
+    const auto turns = with_noise(turns_in(field, vectors), 0.002, 1);
+    const auto found = field.integrated(turns, vectors_at(vectors, field.roots()));
     std::vector<Vector3d> sums(found.size(), Vector3d::Zero());
     std::vector<double> sizes(found.size(), 0.0);
     for (std::size_t e = 0; e < turns.size(); ++e) {
@@ -116,12 +113,68 @@ TEST(TurnField, TurnsThatFitNowhereAreSharedOut) {
     }
 }
 
+// What the tree and the roots leave behind after one correction is gone after two.
+TEST(TurnField, TurnsThatFitNowhereEndInTheSameShapeFromAnyRoot) {
+    const TriangleMesh mesh = shapes::icosphere(2);
+    const std::vector<float> vectors = twisted(mesh, 1);
+    std::vector<std::vector<Vector3d>> found;
+    for (const int root : {0, 77}) {
+        const TurnField field(mesh, {root});
+        const auto turns = with_noise(turns_in(field, vectors), 0.02, 1);
+        found.push_back(field.integrated(turns, vectors_at(vectors, field.roots())));
+    }
+    // As the second sees it: by the rotation that brings one vertex there.
+    const auto back = [&](std::size_t n, std::size_t v) {
+        return Matrix3d(rotation_exp(found[n][0]).transpose() * rotation_exp(found[n][v]));
+    };
+    double most = 0;
+    for (std::size_t v = 0; v < found[0].size(); ++v) {
+        most = std::max(most, rotation_log(back(0, v).transpose() * back(1, v)).norm());
+    }
+    EXPECT_LT(most, 2e-4) << "of turns that are off by 0.02 each";
+}
+
+// A takes small turns back to the rotations that they are of, less their mean over each piece.
+TEST(TurnField, SmallTurnsAddUpToTheRotationsTheyAreOf) {
+    const TriangleMesh mesh = three_pieces();
+    const TurnField field(mesh, {17, 170, mesh.vertex_count() - 1});
+    const auto truth =
+        with_noise(std::vector<Vector3d>(at(mesh.vertex_count()), Vector3d::Zero()), 1, 1);
+    std::vector<Vector3d> turns;
+    for (const auto& [i, j] : field.edges()) turns.push_back(truth[at(j)] - truth[at(i)]);
+    const auto found = field.added_up(turns);
+    for (const std::vector<int>& piece : field.pieces()) {
+        Vector3d mean = Vector3d::Zero();
+        for (const int v : piece) mean += truth[at(v)] / static_cast<double>(piece.size());
+        for (const int v : piece) {
+            EXPECT_LT((found[at(v)] - truth[at(v)] + mean).norm(), 1e-9) << v;
+        }
+    }
+}
+
+TEST(TurnField, SharingOutIsTheAdjointOfAddingUp) {
+    const TriangleMesh mesh = three_pieces();
+    const TurnField field(mesh);
+    const auto x =
+        with_noise(std::vector<Vector3d>(at(field.edge_count()), Vector3d::Zero()), 1, 1);
+    const auto y =
+        with_noise(std::vector<Vector3d>(at(mesh.vertex_count()), Vector3d::Zero()), 1, 2);
+    const auto dot = [](const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
+        double sum = 0;
+        for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+        return sum;
+    };
+    const double wanted = dot(field.added_up(x), y);
+    EXPECT_NEAR(dot(x, field.shared_out(y)), wanted, 1e-9 * std::abs(wanted));
+    EXPECT_GT(std::abs(wanted), 0.01);
+}
+
 TEST(TurnField, DerivativesAreThoseOfDifferences) {
     const TriangleMesh mesh = three_pieces();
     const TurnField field(mesh);
-    const std::vector<float> features = twisted(mesh, 2);
-    const auto turns = with_noise(turns_in(field, features), 0.05, 1);
-    const auto roots = vectors_at(features, field.roots());
+    const std::vector<float> vectors = twisted(mesh, 2);
+    const auto turns = with_noise(turns_in(field, vectors), 0.05, 1);
+    const auto roots = vectors_at(vectors, field.roots());
     std::vector<TurnField::Direction> directions;
     for (std::uint64_t d = 0; d < 2; ++d) {
         directions.push_back(
