@@ -69,7 +69,7 @@ int StagingFolder::make_in(const std::string& parent, const std::string& name) {
         descriptor_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         if (descriptor_ < 0 && errno != ENOENT) return give_up(errno);
         const bool is_ours = descriptor_ >= 0 && try_lock(descriptor_) != Lock::refused &&
-                             is_named(descriptor_, path_);
+                             !is_gone(descriptor_, path_);
         // Somebody who cleans up may have been quicker than our lock, but not every time.
         if (is_ours || attempt == kQuickerThanUs) break;
         if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));

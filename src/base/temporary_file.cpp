@@ -55,7 +55,7 @@ int open_new_beside(const std::string& target, std::string& temporary) {
         if (descriptor < 0) continue;
         // Somebody who cleans up may have been quicker than our lock, but not every time.
         const bool is_ours =
-            try_lock(descriptor) != Lock::refused && is_named(descriptor, temporary);
+            try_lock(descriptor) != Lock::refused && !is_gone(descriptor, temporary);
         if (is_ours || attempt == kQuickerThanUs) return descriptor;
         ::close(descriptor);
     }

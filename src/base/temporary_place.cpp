@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <system_error>
 
@@ -95,11 +96,27 @@ Lock try_lock(int descriptor) {
     return Lock::taken;
 }
 
-bool is_named(int descriptor, const std::string& path) {
+namespace {
+
+/// None where the system does not say.
+std::optional<bool> stands_for(int descriptor, const std::string& path) {
     struct stat open {
     }, named{};
-    return ::fstat(descriptor, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
-           open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+    if (::fstat(descriptor, &open) != 0) return {};
+    if (::lstat(path.c_str(), &named) != 0) {
+        return errno == ENOENT ? std::optional<bool>(false) : std::nullopt;
+    }
+    return open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+bool is_named(int descriptor, const std::string& path) {
+    return stands_for(descriptor, path).value_or(false);
+}
+
+bool is_gone(int descriptor, const std::string& path) {
+    return !stands_for(descriptor, path).value_or(true);
 }
 
 void remove_dead_temporaries(const std::string& folder) {

@@ -29,6 +29,8 @@ Lock try_lock(int descriptor);
 constexpr int kQuickerThanUs = 20;
 /// Whether the descriptor stands for what is called `path` now.
 bool is_named(int descriptor, const std::string& path);
+/// Whether it is known not to: not where the system does not say.
+bool is_gone(int descriptor, const std::string& path);
 
 /// Removes from `folder` what processes that are gone left of files and of output folders, the
 /// latter undone where they were half exchanged (in_place_exchange.h). What somebody may still be

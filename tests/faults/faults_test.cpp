@@ -187,10 +187,13 @@ class Faults : public testing::TestWithParam<WritingCommand> {
 
   private:
     /// Also of a sample all, where one call of many was what mattered: between two renames, and of
-    /// one mesh among others.
+    /// one mesh among others; and many where a point of a sweep was saved.
     static long tries_of(const Fault& fault) {
         const std::string call = fault.call;
         if (call == "memory") return std::min(tries_per_kind(), 100L);
+        if (call == "stat" && GetParam().arguments[1] == "sweep") {
+            return std::max(tries_per_kind(), 60L);
+        }
         const bool is_decisive = (call == "rename" && std::string(fault.kind) == "kill") ||
                                  (call == "stat" && GetParam().arguments[1] == "extract");
         return is_decisive ? std::numeric_limits<long>::max() : tries_per_kind();
@@ -201,7 +204,7 @@ class Faults : public testing::TestWithParam<WritingCommand> {
         Arguments arguments = GetParam().arguments;
         const bool is_done = files_below(bench().work()) == after_;
         const bool is_forced = arguments.back() == "--force";
-        const bool is_resumable = arguments[1] == "train" || arguments[1] == "refine";
+        const bool is_resumable = GetParam().goes_on && arguments[1] != "sweep";
         if (is_resumable && !is_forced) {
             if (arguments.back() != "--resume") arguments.emplace_back("--resume");
         } else if (is_done && !is_forced && arguments[1] != "sweep") {
@@ -249,7 +252,7 @@ class Faults : public testing::TestWithParam<WritingCommand> {
     bool names_a_file(const std::string& err) const {
         return std::ranges::any_of(
             std::vector<const char*>{"out", "features", "meshes", "trained", "config", "fit.yaml",
-                                     "sweep.yaml", "/work: "},
+                                     "many", "sweep.yaml", "/work: "},
             [&](const char* name) { return err.find(name) != std::string::npos; });
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "faults/writing_commands.h"
 
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
@@ -87,6 +88,9 @@ std::vector<WritingCommand> writing_commands() {
     add_both(all, "Refine",
              {"mscomp", "refine", "trained.run", "-o", "out.run", "--set", "train.epochs=2"},
              {{"mscomp", "refine", "trained.run", "-o", "out.run", "--set", "train.epochs=1"}});
+    add_both(all, "Units", {"mscomp", "units", "many.safetensors", "--positions", "-o", "out.run"},
+             {{"mscomp", "units", "many.safetensors", "--positions", "-o", "out.run",
+               "--components", "1"}});
     all.push_back({"SweepNew", {"mscomp", "sweep", "sweep.yaml", "-o", "out"}, {}, true});
     all.push_back({"SweepAgain",
                    {"mscomp", "sweep", "sweep.yaml", "-o", "out"},
@@ -111,7 +115,7 @@ std::vector<WritingCommand> writing_commands() {
              {{"mscomp", "synthesize", "trained.run", "--weight", "0=0.5", "-o", "out.obj",
                "--sheet", "out.png", "--strongest", "2", "--tile", "64"}});
     for (WritingCommand& command : all) {
-        for (const char* training : {"Train", "Fit", "Refine"}) {
+        for (const char* training : {"Train", "Fit", "Refine", "Units"}) {
             command.goes_on = command.goes_on || command.name.starts_with(training);
         }
         command.is_pair =
@@ -129,11 +133,14 @@ void prepare_inputs(const std::string& folder) {
         {"acapfeat", "generate", "twist", "-o", "meshes", "--frames", "4", "--vertices", "100",
          "--turns", "0.4"},
         {"acapfeat", "extract", "meshes", "-o", "features.safetensors"},
+        {"acapfeat", "generate", "twist", "-o", "many", "--frames", "14", "--vertices", "100"},
+        {"acapfeat", "extract", "many", "-o", "many.safetensors"},
         {"mscomp", "train", "config.yaml", "-o", "trained.run"}};
     for (const Arguments& arguments : commands) {
         const Outcome outcome = run(folder, arguments);
         if (outcome.code != 0) throw std::runtime_error(arguments[1] + ": " + outcome.err);
     }
+    std::filesystem::remove_all(folder + "/many");
 }
 
 }  // namespace mscomp::faults

@@ -45,6 +45,7 @@ struct UnitsOptions {
     int components = 0;      // 0: as many as are found
     bool positions = false;  // instead of features
     std::vector<std::string> overrides;
+    bool resume = false;
     CommonOptions common;
 };
 void setup_units(CLI::App& app);

@@ -4,26 +4,18 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "mscomp/base/output_folder.h"
 #include "mscomp/base/paths.h"
-#include "mscomp/config/config_file.h"
 #include "mscomp/run/refinement.h"
-#include "mscomp/run/run_folder.h"
-#include "mscomp/run/training_run.h"
 #include "mscomp_commands.h"
 #include "training_command.h"
 
 namespace mscomp {
 namespace {
 
-/// A run that goes on has its own, and needs the one that it began with no more.
 Config effective_refinement(const RefineOptions& options) {
-    if (options.resume) recover_folder(options.output);
-    const bool goes_on = options.resume && has_checkpoint(options.output);
-    Config config = goes_on ? read_config(config_path(options.output), options.overrides)
-                            : parse_config(write_config(refined_config(options.run), false),
-                                           options.run, options.overrides);
-    anchor_paths(config, "");
+    Config config = configuration_of_run(
+        options.output, options.resume, options.run, [&] { return refined_config(options.run); },
+        options.overrides);
     config.train.start_run = absolute_path(options.run);
     return config;
 }

@@ -4,8 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "mscomp/config/config_file.h"
-#include "mscomp/run/run_folder.h"
 #include "mscomp/run/unit_search.h"
 #include "mscomp_commands.h"
 #include "training_command.h"
@@ -19,16 +17,18 @@ Config effective_config(const UnitsOptions& options) {
         overrides.push_back(fmt::format("model.components={}", options.components));
     }
     if (options.positions) overrides.emplace_back("model.rows=positions");
-    Config config =
-        parse_config(write_config(unit_config(options.input), false), options.input, overrides);
-    anchor_paths(config, "");
-    return config;
+    return configuration_of_run(
+        options.output, options.resume, options.input, [&] { return unit_config(options.input); },
+        overrides);
 }
 
-/// The run folder has all that was asked for.
 std::string how_to_go_on(const UnitsOptions& options) {
-    return fmt::format("mscomp train {} -o {} --resume", quoted(config_path(options.output)),
-                       quoted(options.output));
+    std::string command =
+        fmt::format("mscomp units {} -o {}", quoted(options.input), quoted(options.output));
+    if (options.components > 0) command += fmt::format(" --components {}", options.components);
+    if (options.positions) command += " --positions";
+    for (const std::string& set : options.overrides) command += " --set " + quoted(set);
+    return command + " --resume";
 }
 
 }  // namespace
@@ -55,6 +55,8 @@ void setup_units(CLI::App& app) {
                      "key=value of a configuration of the kind units, e.g. data.split.train=every; "
                      "repeatable")
         ->allow_extra_args(false);
+    command->add_flag("--resume", options->resume,
+                      "Go on where an earlier start was interrupted, as train does");
     add_force(*command, options->common);
     add_quiet(*command, options->common);
     add_threads(*command, options->common);
@@ -64,8 +66,8 @@ void setup_units(CLI::App& app) {
 
 void run_units(const UnitsOptions& options) {
     run_training(effective_config(options),
-                 {options.output, "mscomp units " + options.input, how_to_go_on(options), false,
-                  options.common},
+                 {options.output, "mscomp units " + options.input, how_to_go_on(options),
+                  options.resume, options.common},
                  {});
 }
 

@@ -10,6 +10,8 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/kept_inputs.h"
+#include "mscomp/base/output_folder.h"
+#include "mscomp/config/config_file.h"
 #include "mscomp/run/peak_memory.h"
 #include "mscomp/run/run_folder.h"
 #include "mscomp/run/training_run.h"
@@ -44,6 +46,17 @@ TrainingResult train(const Config& config, const TrainingCommand& command) {
 }
 
 }  // namespace
+
+Config configuration_of_run(const std::string& run, bool resume, const std::string& input,
+                            const std::function<Config()>& made,
+                            const std::vector<std::string>& overrides) {
+    if (resume) recover_folder(run);
+    Config config = resume && has_checkpoint(run)
+                        ? read_config(config_path(run), overrides)
+                        : parse_config(write_config(made(), false), input, overrides);
+    anchor_paths(config, "");
+    return config;
+}
 
 std::string quoted(const std::string& text) {
     const bool is_plain =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,13 @@ struct TrainingCommand {
     bool resume = false;
     CommonOptions common;
 };
+
+/// For a command that makes its configuration from `input`: what `made` returns, or that of the run
+/// folder where this goes on from a checkpoint, which needs what it began with no more; `overrides`
+/// (key=value) laid over it.
+Config configuration_of_run(const std::string& run, bool resume, const std::string& input,
+                            const std::function<Config()>& made,
+                            const std::vector<std::string>& overrides);
 
 /// As a shell reads it back.
 std::string quoted(const std::string& text);
