@@ -93,6 +93,13 @@ Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
     return turns;
 }
 
+/// How codes, columns, correlate, whatever the sign.
+MatrixXd correlations(MatrixXd codes) {
+    codes.rowwise() -= codes.colwise().mean().eval();
+    codes.colwise().normalize();
+    return (codes.transpose() * codes).cwiseAbs();
+}
+
 /// Of changes whose codes correlate the quietest, and how many they are; where fewer than three
 /// agree, none.
 struct Agreed {
@@ -101,9 +108,7 @@ struct Agreed {
 Agreed quietest_of_each(const Turns& turns) {
     constexpr double kSame = 0.95;
     constexpr int kLeastVotes = 3;
-    MatrixXd codes = turns.codes;
-    codes.rowwise() -= codes.colwise().mean().eval();
-    codes.colwise().normalize();
+    const MatrixXd alike = correlations(turns.codes);
     std::vector<int> order(turns.loudness.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, [&](int i) { return turns.loudness[at(i)]; });
@@ -111,10 +116,9 @@ Agreed quietest_of_each(const Turns& turns) {
     Agreed result;
     for (const int i : order) {
         if (is_left[at(i)] == 0) continue;
-        const VectorXd alike = (codes.transpose() * codes.col(i)).cwiseAbs();
         int votes = 0;
-        for (Index j = 0; j < alike.size(); ++j) {
-            if (is_left[at(j)] == 0 || (!(alike[j] >= kSame) && j != i)) continue;
+        for (Index j = 0; j < alike.rows(); ++j) {
+            if (is_left[at(j)] == 0 || (!(alike(j, i) >= kSame) && j != i)) continue;
             is_left[at(j)] = 0;
             ++votes;
         }
@@ -143,22 +147,33 @@ class Remainders {
 };
 
 /// Which of some changes are needed: those whose codes are left by those taken before, the largest
-/// first; then those that act where these leave something, the strongest there first.
+/// first; then those that act where these leave something, the strongest there first. One unit is
+/// not taken twice: changes whose codes correlate and that share half of their place are one that
+/// bends a little otherwise with another.
 std::vector<int> needed(const MatrixXd& codes, const MatrixXd& changes, double all) {
     constexpr double kLeastCode = 0.002, kLeastElsewhere = 0.012;  // of the squares of all shapes
     constexpr double kLeastPlace = 0.3;                            // of the square of the change
+    constexpr double kSameCode = 0.9, kSamePlace = 0.5;
     std::vector<int> taken;
     Remainders of_codes(codes), of_changes(changes);
+    const MatrixXd alike = correlations(codes), shared = changes.transpose() * changes;
+    VectorXd is_free = VectorXd::Ones(codes.cols());
     const auto take = [&](Index i) {
         of_codes.take(i);
         of_changes.take(i);
+        for (Index j = 0; j < codes.cols(); ++j) {
+            if (alike(i, j) >= kSameCode && std::abs(shared(i, j)) >= kSamePlace) is_free[j] = 0;
+        }
         taken.push_back(static_cast<int>(i));
     };
     Index i = 0;
-    while (codes.cols() > 0 && of_codes.squares().maxCoeff(&i) >= kLeastCode * all) take(i);
-    const VectorXd own = codes.colwise().squaredNorm().transpose();
     while (codes.cols() > 0) {
-        const VectorXd left = of_changes.squares();
+        if (!(is_free.cwiseProduct(of_codes.squares()).maxCoeff(&i) >= kLeastCode * all)) break;
+        take(i);
+    }
+    const VectorXd own = is_free.cwiseProduct(codes.colwise().squaredNorm().transpose());
+    while (codes.cols() > 0) {
+        const VectorXd left = is_free.cwiseProduct(of_changes.squares());
         const VectorXd strength = (left.array() >= kLeastPlace)
                                       .select(own.cwiseProduct(left), VectorXd::Zero(own.size()));
         if (!(strength.maxCoeff(&i) >= kLeastElsewhere * all)) break;

@@ -21,8 +21,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-// Turns add up along a limb: less may be left out.
-constexpr double kLeastTurnPart = 0.02;
 // Codes are fitted to where units turn most first: a strong unit beside a weak one is read there
 // without it.
 constexpr double kMostTurningPart = 0.2;
@@ -262,7 +260,7 @@ double told_by_square_alone(const Eigen::VectorXd& z) {
 /// alone.
 std::vector<Ball> stretch_balls(const MetricRows& stretches, const MatrixXd& codes,
                                 const std::vector<std::vector<int>>& turned) {
-    std::vector<Ball> balls = unit_components(stretches, codes, kLeastTurnPart).balls();
+    std::vector<Ball> balls = unit_components(stretches, codes).balls();
     const std::size_t count = balls.size();
     std::vector<int> acting(at(stretches.vertex_count()), 0);
     for (const Ball& ball : balls) {
@@ -293,7 +291,7 @@ TurningComponents turning_components(const TurningShapes& shapes, const MetricRo
         return MatrixXd(JointCodes(turns).solve(products(turns, shapes.turns())).transpose());
     };
     const auto carrying = [&](const MatrixXd& given) {
-        BallComponents turns = unit_components(shapes.turns(), given, kLeastTurnPart);
+        BallComponents turns = unit_components(shapes.turns(), given);
         return TurningComponents(
             TurnField(mesh, shapes.field().roots()),
             fitted_to_carry(shapes.field(), shapes.turns(), given, std::move(turns)), {}, {});

@@ -93,7 +93,7 @@ class TurningComponents {
 
 /// Fitted to shapes with the codes (N,K) of units. Three times turns by least squares, zero where
 /// they are below a fifth of their greatest length, and codes by least squares on these; then turns
-/// zero below 2 %, twice, fitted to what they carry. Stretches (V,9,N), mapped, by least squares on
+/// zero below 5 %, twice, fitted to what they carry. Stretches (V,9,N), mapped, by least squares on
 /// the last codes. `mesh` is that of the field.
 TurningComponents turning_components(const TurningShapes& shapes, const MetricRows& stretches,
                                      const Eigen::MatrixXd& codes, const TriangleMesh& mesh);
