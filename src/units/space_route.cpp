@@ -146,11 +146,9 @@ class Remainders {
     MatrixXd left_;
 };
 
-/// Which of some changes are needed: those whose codes are left by those taken before, the largest
-/// first; then those that act where these leave something, the strongest there first. One unit is
-/// not taken twice: changes whose codes correlate and that share half of their place are one that
-/// bends a little otherwise with another.
-std::vector<int> needed(const MatrixXd& codes, const MatrixXd& changes, double all) {
+}  // namespace
+
+std::vector<int> needed_turns(const MatrixXd& codes, const MatrixXd& changes, double all) {
     constexpr double kLeastCode = 0.002, kLeastElsewhere = 0.012;  // of the squares of all shapes
     constexpr double kLeastPlace = 0.3;                            // of the square of the change
     constexpr double kSameCode = 0.9, kSamePlace = 0.5;
@@ -181,8 +179,6 @@ std::vector<int> needed(const MatrixXd& codes, const MatrixXd& changes, double a
     }
     return taken;
 }
-
-}  // namespace
 
 EdgeSample edge_sample(const MetricRows& turns, const std::vector<Point>& middles) {
     constexpr int kPlaces = 1500, kSeeds = 200;
@@ -243,7 +239,7 @@ TurningUnits space_route(const MatrixXd& gram, const EdgeSample& sample, double 
     const Agreed agreed = quietest_of_each(turns);
     const MatrixXd codes = columns_of(turns.codes, agreed.turns);
     const MatrixXd changes = columns_of(turns.changes, agreed.turns);
-    const std::vector<int> taken = needed(codes, changes, basis.size * basis.size);
+    const std::vector<int> taken = needed_turns(codes, changes, basis.size * basis.size);
     found.units.codes = columns_of(codes, taken);
     // x · d of x = Σ y_n x_n is yᵀ G r, where d = Xᵀ r and X = U S Vᵀ.
     found.readouts = basis.places / std::sqrt(static_cast<double>(gram.rows())) *

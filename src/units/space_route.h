@@ -25,6 +25,14 @@ EdgeSample edge_sample(const MetricRows& turns, const std::vector<Point>& middle
 /// Shapes `which` alone.
 EdgeSample part_of(const EdgeSample& sample, const std::vector<int>& which);
 
+/// Which of M candidates are needed, in the order in which they are taken: those whose codes (N,M)
+/// are left by those taken before, the largest first; then those that act where these leave
+/// something of their changes (r,M), of unit length, the strongest there first. No joint is taken
+/// twice: candidates whose codes correlate by 0.9 and that share half of their place are one that
+/// bends a little otherwise with another. `all`: the squares of all shapes.
+std::vector<int> needed_turns(const Eigen::MatrixXd& codes, const Eigen::MatrixXd& changes,
+                              double all);
+
 /// Units that are sparse in relative rotations, and how to read them in any shape.
 struct TurningUnits {
     UnitCodes units;           // codes (N,K), votes: read-outs that agree

@@ -24,7 +24,7 @@ constexpr int kFewestShapes = 12;
 // Sets whose units are known are above the first, and below the second, by far.
 constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5;
 constexpr double kMostMoving = 0.5;   // part of the vertices, mean of the units
-constexpr double kLeastMoved = 0.05;  // of the greatest length: a vertex that a unit moves
+constexpr double kLeastMoved = 0.2;   // of the greatest length: a vertex that a unit moves
 
 double mean_support(const BallComponents& components) {
     double sum = 0;

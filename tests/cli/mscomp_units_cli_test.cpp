@@ -113,11 +113,14 @@ TEST_F(UnitsCommand, AtMostSoMany) {
                 HasSubstr("--components"));
 }
 
-// Nobody says that an arm is made of joints; its true movers are found, and at most four more.
+// Nobody says that an arm is made of joints; its true movers are found, at most four more, where
+// they lie, and what moves much of the mesh, joints, is level 0, bulges and ripples are level 1.
 TEST_F(UnitsCommand, FindsTheJointsOfAnArm) {
-    run("mscomp units arm.safetensors -o joints.run --quiet", 0);
+    run("acapfeat generate arm -o whole --quiet", 0);
+    run("acapfeat extract whole -o whole.safetensors --quiet", 0);
+    run("mscomp units whole.safetensors -o joints.run --quiet", 0);
     const auto report =
-        json_of("mscomp evaluate joints.run --split all --fit features --truth arm/truth.json");
+        json_of("mscomp evaluate joints.run --split all --fit features --truth whole/truth.json");
     EXPECT_LE(report["component_list"].size(), 16U);
     EXPECT_GE(report["truth"]["features"]["matched_one_to_one"].get<int>(), 11);
     int read = 0;
@@ -125,6 +128,27 @@ TEST_F(UnitsCommand, FindsTheJointsOfAnArm) {
         read += component["held_out"].get<double>() > 0.9 ? 1 : 0;
     }
     EXPECT_GE(read, 8) << "of the joints in shapes that were left out";
+    for (const std::string scale : {"coarse", "fine"}) {
+        const auto& found = report["truth"]["by_overlap"][scale];
+        EXPECT_GE(found["iou"].get<double>(), 0.55) << scale;
+        EXPECT_EQ(found["at_scale"], found["components"]) << scale;
+    }
+}
+
+// A search that has ended is not done once more, one that left nothing begins anew, and another
+// configuration is no way to go on.
+TEST_F(UnitsCommand, GoesOn) {
+    run("mscomp units arm.safetensors -o u.run --quiet", 0);
+    const std::string found = content("u.run/checkpoint.safetensors");
+    run("mscomp units arm.safetensors -o u.run --quiet --resume", 0);
+    EXPECT_EQ(content("u.run/checkpoint.safetensors"), found);
+    std::filesystem::remove(work_ + "/u.run/checkpoint.safetensors");
+    std::filesystem::remove(work_ + "/u.run/metrics.csv");
+    run("mscomp units arm.safetensors -o u.run --quiet --resume", 0);
+    EXPECT_EQ(content("u.run/checkpoint.safetensors"), found);
+    EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet --resume --components 3", 2).err,
+                HasSubstr("was trained with another configuration"));
+    EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet", 2).err, HasSubstr("--force"));
 }
 
 TEST_F(UnitsCommand, SaysWhatCannotBe) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mscomp/base/parallel.h"
@@ -66,6 +67,31 @@ TEST(SpaceRoute, FindsPlantedJointsAndHowToReadThem) {
         EXPECT_GE(found.units.votes[at(k)], 3);
         EXPECT_NEAR(found.units.codes.col(k).maxCoeff(), 1, 1e-12) << "the farthest code is 1";
     }
+}
+
+// A joint that bends a little otherwise where another one bends is seen twice, and is one; what
+// moves alike elsewhere, or otherwise there, is another.
+TEST(SpaceRoute, NoJointIsTakenTwice) {
+    MatrixXd codes(200, 4);
+    codes.leftCols(2) = cases::random_matrix(200, 2, 3);
+    codes.col(2) = codes.col(0) + 0.3 * cases::random_matrix(200, 1, 8);  // correlate by 0.96
+    codes.col(3) = codes.col(0) + 0.3 * cases::random_matrix(200, 1, 9);
+    MatrixXd changes(3, 4);  // the third lies where the first does, the last does not
+    changes << 1, 0, 0.9, 0, 0, 1, 0, 0, 0, 0, 0.435, 1;
+    const double all = codes.squaredNorm();
+    const auto sorted = [&] {
+        std::vector<int> taken = needed_turns(codes, changes, all);
+        std::ranges::sort(taken);
+        return taken;
+    };
+    // The larger of both stands for both.
+    codes.col(0) *= 1.2;
+    EXPECT_EQ(sorted(), (std::vector<int>{0, 1, 3}));
+    codes.col(2) *= 2;
+    EXPECT_EQ(sorted(), (std::vector<int>{1, 2, 3}));
+    // Of other codes, in the same place, it is a joint of its own.
+    codes.col(2) = cases::random_matrix(200, 1, 10);
+    EXPECT_EQ(sorted(), (std::vector<int>{0, 1, 2, 3}));
 }
 
 // What rests in no shape has no quiet read-out in codes, but one in space.

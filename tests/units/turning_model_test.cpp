@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "acap/rotation.h"
 #include "base/temporary_folder.h"
 #include "mscomp/base/error.h"
 #include "mscomp/base/safetensors.h"
@@ -124,6 +125,69 @@ TEST_F(TurningModelTest, DerivativesAreThoseOfDifferences) {
         }
         for (std::size_t i = 0; i < found.size(); ++i) {
             EXPECT_NEAR(found[i], wanted[i] / (2 * kStep), 2e-3) << k << ", " << i;
+        }
+    }
+}
+
+// Codes are least squares over what turns carry in space, A R (x - Σ z_k B_k), with the rotations R
+// that the shape itself has: those about other axes, and what no unit tells, matter.
+TEST_F(TurningModelTest, CodesAreLeastSquaresOfWhatTurnsCarry) {
+    TurnField field(sphere_.mesh);
+    const auto edges = at(field.edge_count());
+    std::vector<Ball> balls(2);
+    for (std::size_t e = 0; e < edges; ++e) {
+        const Point& p = sphere_.mesh.vertices[at(field.edges()[e][0])];
+        if (std::abs(p[2]) < 0.5) balls[0].vertices.push_back(static_cast<int>(e));
+        if (std::abs(p[0]) < 0.5) balls[1].vertices.push_back(static_cast<int>(e));
+    }
+    // Slices that turn about z, and others about x.
+    BallComponents turns(field.edge_count(), balls, 3);
+    for (int e = 0; e < field.edge_count(); ++e) {
+        const auto& [i, j] = field.edges()[at(e)];
+        const Point &p = sphere_.mesh.vertices[at(i)], &q = sphere_.mesh.vertices[at(j)];
+        for (std::size_t a = 0; a < turns.at_vertex(e).size(); ++a) {
+            const std::size_t axis = turns.at_vertex(e)[a] == 0 ? 2 : 0;
+            turns.values(e)[3 * a + axis] = static_cast<float>(q[axis] - p[axis]);
+        }
+    }
+    const TurningComponents turning(TurnField(sphere_.mesh), turns, MatrixXd::Zero(2, 3),
+                                    {sphere_.vertices(), std::vector<Ball>(4)});
+    // A shape with rotations by one and more that the units do not quite tell.
+    std::vector<Eigen::Vector3d> told = turning.rotations(std::vector<float>{1.5F, 1.0F});
+    std::vector<float> features(at(sphere_.vertices()) * kFeatureDim, 0.0F), vectors;
+    const MatrixXd other = 0.2 * cases::random_matrix(3, sphere_.vertices(), 7);
+    for (std::size_t v = 0; v < told.size(); ++v) {
+        told[v] += other.col(static_cast<Eigen::Index>(v));
+        for (std::size_t c = 0; c < 3; ++c) {
+            features[v * kFeatureDim + c] = static_cast<float>(told[v][static_cast<int>(c)]);
+            vectors.push_back(features[v * kFeatureDim + c]);
+        }
+    }
+    const std::vector<float> own = field.turns_of(vectors);
+    const auto left = [&](const Eigen::VectorXd& codes) {
+        std::vector<Eigen::Vector3d> in_space(edges);
+        for (std::size_t e = 0; e < edges; ++e) {
+            Eigen::Vector3d turn =
+                Eigen::Map<const Eigen::Vector3f>(own.data() + 3 * e).cast<double>();
+            const auto acting = turns.at_vertex(static_cast<int>(e));
+            for (std::size_t a = 0; a < acting.size(); ++a) {
+                turn -= codes[acting[a]] *
+                        Eigen::Map<const Eigen::Vector3f>(
+                            turns.values(static_cast<int>(e)).data() + 3 * a)
+                            .cast<double>();
+            }
+            in_space[e] = rotation_exp(told[at(field.edges()[e][0])]) * turn;
+        }
+        double squares = 0;
+        for (const Eigen::Vector3d& sum : field.added_up(in_space)) squares += sum.squaredNorm();
+        return squares;
+    };
+    const Eigen::VectorXd codes = turning.codes_of(features);
+    for (int k = 0; k < 2; ++k) {
+        for (const double step : {-0.01, 0.01}) {
+            Eigen::VectorXd moved = codes;
+            moved[k] += step;
+            EXPECT_GT(left(moved), left(codes)) << k << ", " << step;
         }
     }
 }
