@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "mscomp/base/index.h"
+#include "mscomp/base/interruption.h"
 #include "mscomp/base/parallel.h"
+#include "units/weighted_squares.h"
 
 namespace mscomp {
 namespace {
@@ -18,25 +20,9 @@ using Eigen::VectorXd;
 
 // What is near zero beside the largest, smaller and smaller.
 constexpr double kNearZero[] = {1, 0.5, 0.2, 0.1, 0.05};
-constexpr double kPower = 0.5;
-
-/// w with the weights `weights` of all places, here · w = 1.
-VectorXd weighted_readout(const QuietSearch& search, const VectorXd& weights,
-                          const VectorXd& here) {
-    MatrixXd rooted(search.places.rows(), search.places.cols());
-    for (Index i = 0; i < rooted.rows(); ++i) {
-        rooted.row(i) = std::sqrt(weights[i / search.width]) * search.places.row(i);
-    }
-    MatrixXd hessian = search.damping.asDiagonal();
-    hessian.selfadjointView<Eigen::Lower>().rankUpdate(rooted.transpose());
-    const VectorXd solved =
-        Eigen::LLT<MatrixXd>(hessian.selfadjointView<Eigen::Lower>()).solve(here);
-    return solved / here.dot(solved);
-}
 
 /// |Y_i w|, or Y_i w where a place is one row; the largest is 1.
-VectorXd sizes_at(const QuietSearch& search, const VectorXd& weights) {
-    const VectorXd values = search.places * weights;
+VectorXd sizes_of(const QuietSearch& search, const VectorXd& values) {
     if (search.width == 1) return values / values.cwiseAbs().maxCoeff();
     VectorXd sizes(values.size() / search.width);
     for (Index i = 0; i < sizes.size(); ++i) {
@@ -60,22 +46,46 @@ ShapeBasis shape_basis(const MatrixXd& gram, int most) {
             squares.head(count).cwiseSqrt(), std::sqrt(squares.sum())};
 }
 
-QuietReadout quiet_readout(const QuietSearch& search, const VectorXd& here) {
-    QuietReadout found;
-    VectorXd weights = VectorXd::Ones(search.places.rows() / search.width);
-    for (const double near : kNearZero) {
-        for (int round = 0; round < search.rounds; ++round) {
-            found.weights = weighted_readout(search, weights, here);
-            found.sizes = sizes_at(search, found.weights);
-            found.loudness = 0;
-            for (Index i = 0; i < weights.size(); ++i) {
-                const double size = found.sizes[i];
-                const double square = size * size + near * near;
-                found.loudness += std::pow(square, kPower / 2);
-                weights[i] = (size < 0 ? search.below_zero : 1) * std::pow(square, kPower / 2 - 1);
+std::vector<QuietReadout> quiet_readouts(const QuietSearch& search, const MatrixXd& here) {
+    constexpr int kLanes = WeightedSquares::kLanes;
+    const WeightedSquares squares(search.places, search.width);
+    std::vector<QuietReadout> found(at(here.cols()));
+    parallel_for((here.cols() + kLanes - 1) / kLanes, [&](std::int64_t batch) {
+        const Index first = batch * kLanes, count = std::min<Index>(kLanes, here.cols() - first);
+        Eigen::Matrix<double, Eigen::Dynamic, kLanes, Eigen::RowMajor> weights;
+        weights.setOnes(search.places.rows() / search.width, kLanes);
+        std::vector<double> sums(squares.sums_size());
+        MatrixXd hessian(here.rows(), here.rows()), readouts(here.rows(), count);
+        for (const double near : kNearZero) {
+            for (int round = 0; round < search.rounds; ++round) {
+                throw_if_interrupted(kSearchInterrupted);
+                squares.add_up(weights.data(), sums.data());
+                for (Index lane = 0; lane < count; ++lane) {
+                    squares.lower(sums.data(), static_cast<int>(lane), hessian);
+                    hessian.diagonal() += search.damping;
+                    const Eigen::LLT<Eigen::Ref<MatrixXd>> factor(hessian);
+                    const VectorXd solved = factor.solve(here.col(first + lane));
+                    readouts.col(lane) = solved / here.col(first + lane).dot(solved);
+                }
+                const MatrixXd values = search.places * readouts;
+                for (Index lane = 0; lane < count; ++lane) {
+                    QuietReadout& own = found[at(first + lane)];
+                    own.sizes = sizes_of(search, values.col(lane));
+                    own.loudness = 0;
+                    for (Index i = 0; i < own.sizes.size(); ++i) {
+                        const double size = own.sizes[i];
+                        const double square = size * size + near * near;
+                        const double loud = std::sqrt(std::sqrt(square));  // to the power p / 2
+                        own.loudness += loud;
+                        weights(i, lane) = (size < 0 ? search.below_zero : 1) * loud / square;
+                    }
+                }
             }
         }
-    }
+        for (Index lane = 0; lane < count; ++lane) {
+            found[at(first + lane)].weights = readouts.col(lane);
+        }
+    });
     return found;
 }
 
@@ -89,10 +99,11 @@ MatrixXd quiet_codes(const ShapeBasis& basis, double noise) {
     for (Index n = 0; n < basis.places.rows(); ++n) {
         if (basis.places.row(n).norm() > 1e-9) moved.push_back(n);
     }
-    MatrixXd codes(basis.places.rows(), static_cast<Index>(moved.size()));
-    parallel_for(std::ssize(moved), [&](std::int64_t i) {
-        codes.col(i) = quiet_readout(search, basis.places.row(moved[at(i)]).transpose()).sizes;
-    });
+    const std::vector<QuietReadout> found =
+        quiet_readouts(search, basis.places(moved, Eigen::all).transpose());
+    MatrixXd codes(basis.places.rows(), std::ssize(found));
+    for (std::size_t i = 0; i < found.size(); ++i)
+        codes.col(static_cast<Index>(i)) = found[i].sizes;
     return codes;
 }
 

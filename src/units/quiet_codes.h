@@ -17,6 +17,10 @@ struct ShapeBasis {
 /// are more than rounding.
 ShapeBasis shape_basis(const Eigen::MatrixXd& gram, int most);
 
+/// Said where a search of minutes is stopped: it keeps nothing of what it has found so far.
+inline constexpr const char* kSearchInterrupted =
+    "interrupted while units were looked for; the same command with --resume begins anew";
+
 /// The w that minimises Σ_i φ(|Y_i w|) where here · w = 1, Y_i being `width` rows of `places` one
 /// after the other, by reweighting (method §10): φ grows like the root of its argument, measured
 /// against the largest of them. `damping` (r) is what w costs by itself.
@@ -33,7 +37,8 @@ struct QuietReadout {
     Eigen::VectorXd sizes;    // (n) |Y_i w|, the largest 1; of width 1 with their sign
     double loudness = 0;      // Σ_i φ at the end
 };
-QuietReadout quiet_readout(const QuietSearch& search, const Eigen::VectorXd& here);
+/// For each `here`, columns (r,M). Throws Interrupted.
+std::vector<QuietReadout> quiet_readouts(const QuietSearch& search, const Eigen::MatrixXd& here);
 
 /// Codes (N,M) of linear read-outs, each as quiet as possible at all shapes but one (method §10,
 /// code route, step 2): for every shape that is not the reference, in their order, the w that

@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "mscomp/base/index.h"
-#include "mscomp/base/parallel.h"
 #include "mscomp/eval/farthest_points.h"
 #include "units/quiet_codes.h"
 
@@ -79,17 +78,19 @@ Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
         }
     }
     const auto count = std::ssize(starts);
+    MatrixXd here(directions, count);
+    for (Index i = 0; i < count; ++i) {
+        const Start& start = starts[at(i)];
+        here.col(i) = at_places.middleRows(3 * start.place, 3).transpose() * start.direction;
+    }
+    const std::vector<QuietReadout> found = quiet_readouts(search, here);
     Turns turns{MatrixXd(directions, count), MatrixXd(shapes, count),
                 std::vector<double>(starts.size())};
-    parallel_for(count, [&](std::int64_t i) {
-        const Start& start = starts[at(i)];
-        const VectorXd here =
-            at_places.middleRows(3 * start.place, 3).transpose() * start.direction;
-        const QuietReadout found = quiet_readout(search, here);
-        turns.changes.col(i) = found.weights.normalized();
+    for (Index i = 0; i < count; ++i) {
+        turns.changes.col(i) = found[at(i)].weights.normalized();
         turns.codes.col(i) = vectors * basis.sizes.cwiseProduct(turns.changes.col(i));
-        turns.loudness[at(i)] = found.loudness;
-    });
+        turns.loudness[at(i)] = found[at(i)].loudness;
+    }
     return turns;
 }
 

@@ -9,8 +9,10 @@
 #include "acap/rotation.h"
 #include "mscomp/base/feature_set.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/interruption.h"
 #include "mscomp/base/parallel.h"
 #include "multiscale/joint_codes.h"
+#include "units/quiet_codes.h"
 #include "units/turn_fit.h"
 #include "units/unit_components.h"
 
@@ -95,12 +97,34 @@ std::vector<Point> TurningShapes::middles(const TriangleMesh& mesh, const TurnFi
     return middles;
 }
 
+namespace {
+
+BallComponents chosen(const BallComponents& all, const std::vector<int>& which) {
+    std::vector<Ball> balls;
+    for (const int k : which) balls.push_back(all.balls()[at(k)]);
+    BallComponents result(all.vertex_count(), std::move(balls), all.width());
+    for (std::size_t n = 0; n < which.size(); ++n) {
+        result.set_component(static_cast<int>(n), all.component(which[n]));
+    }
+    return result;
+}
+
+}  // namespace
+
 TurningComponents::TurningComponents(TurnField field, BallComponents turns, MatrixXd roots,
                                      BallComponents stretches)
     : field_(std::move(field)),
       turns_(std::move(turns)),
       roots_(std::move(roots)),
       stretches_(std::move(stretches)) {}
+
+void TurningComponents::choose(const std::vector<int>& which) {
+    std::vector<int> of_stretches = which;
+    for (const int k : which) of_stretches.push_back(count() + k);
+    stretches_ = chosen(stretches_, of_stretches);
+    roots_ = roots_(which, Eigen::all).eval();
+    turns_ = chosen(turns_, which);
+}
 
 Eigen::VectorXd TurningComponents::codes_of(std::span<const float> features) const {
     const std::vector<float> vectors = vectors_of(features);
@@ -110,6 +134,7 @@ Eigen::VectorXd TurningComponents::codes_of(std::span<const float> features) con
 MatrixXd TurningComponents::codes_of(const TurningShapes& shapes) const {
     MatrixXd codes(shapes.turns().shape_count(), count());
     for (int m = 0; m < shapes.turns().shape_count(); ++m) {
+        throw_if_interrupted(kSearchInterrupted);
         codes.row(m) = codes_of(shapes.rotations().row(m), shapes.turns().row(m));
     }
     return codes;
@@ -285,8 +310,8 @@ std::vector<Ball> stretch_balls(const MetricRows& stretches, const MatrixXd& cod
 
 }  // namespace
 
-TurningComponents turning_components(const TurningShapes& shapes, const MetricRows& stretches,
-                                     const MatrixXd& codes, const TriangleMesh& mesh) {
+FittedTurning turning_components(const TurningShapes& shapes, const MetricRows& stretches,
+                                 const MatrixXd& codes, const TriangleMesh& mesh) {
     const auto codes_on = [&](const BallComponents& turns) {
         return MatrixXd(JointCodes(turns).solve(products(turns, shapes.turns())).transpose());
     };
@@ -301,13 +326,13 @@ TurningComponents turning_components(const TurningShapes& shapes, const MetricRo
         fitted = codes_on(unit_components(shapes.turns(), fitted, kMostTurningPart));
     }
     TurningComponents found = carrying(carrying(fitted).codes_of(shapes));
-    const MatrixXd last = found.codes_of(shapes);
+    MatrixXd last = found.codes_of(shapes);
     found.set_roots(last.completeOrthogonalDecomposition().solve(shapes.roots()));
     std::vector<std::vector<int>> turned;
     for (int k = 0; k < found.count(); ++k) turned.push_back(found.vertices_of(k));
     found.set_stretches(
         fitted_components(stretches, with_squares(last), stretch_balls(stretches, last, turned)));
-    return found;
+    return {std::move(found), std::move(last)};
 }
 
 }  // namespace mscomp

@@ -63,6 +63,8 @@ class TurningComponents {
     int count() const { return turns_.count(); }
     void set_roots(Eigen::MatrixXd roots) { roots_ = std::move(roots); }
     void set_stretches(BallComponents stretches) { stretches_ = std::move(stretches); }
+    /// Components `which` alone, in that order.
+    void choose(const std::vector<int>& which);
 
     /// (K) of features (V,9).
     Eigen::VectorXd codes_of(std::span<const float> features) const;
@@ -91,11 +93,15 @@ class TurningComponents {
     BallComponents stretches_;
 };
 
+struct FittedTurning {
+    TurningComponents components;
+    Eigen::MatrixXd codes;  // (N,K) of the shapes
+};
 /// Fitted to shapes with the codes (N,K) of units. Three times turns by least squares, zero where
 /// they are below a fifth of their greatest length, and codes by least squares on these; then turns
 /// zero below 5 %, twice, fitted to what they carry. Stretches (V,9,N), mapped, by least squares on
 /// the last codes. `mesh` is that of the field.
-TurningComponents turning_components(const TurningShapes& shapes, const MetricRows& stretches,
-                                     const Eigen::MatrixXd& codes, const TriangleMesh& mesh);
+FittedTurning turning_components(const TurningShapes& shapes, const MetricRows& stretches,
+                                 const Eigen::MatrixXd& codes, const TriangleMesh& mesh);
 
 }  // namespace mscomp

@@ -63,15 +63,18 @@ UnitCodes chosen(const UnitCodes& units, const std::vector<int>& which) {
 UnitCodes agreed(const MatrixXd& candidates) {
     constexpr double kSame = 0.95;
     constexpr int kLeastVotes = 2;
+    constexpr double kRounding = 1e-9;
     const MatrixXd units = candidates.colwise().normalized();
     const MatrixXd cosines = (units.transpose() * units).cwiseAbs();
+    const Eigen::RowVectorXd loud = candidates.colwise().lpNorm<1>();
     std::vector<char> is_left(at(candidates.cols()), 1);
     UnitCodes result;
     std::vector<int> leaders;
     for (;;) {
         Index best = -1;
         int most = 0;
-        double nearest = 0;  // sum of the cosines: the order of the shapes decides nothing
+        // The order of the shapes decides nothing: two alone are as near to each other.
+        double nearest = 0;  // sum of the cosines
         for (Index i = 0; i < cosines.cols(); ++i) {
             if (is_left[at(i)] == 0) continue;
             int votes = 0;
@@ -81,7 +84,9 @@ UnitCodes agreed(const MatrixXd& candidates) {
                 ++votes;
                 sum += cosines(j, i);
             }
-            if (votes > most || (votes == most && sum > nearest)) {
+            const bool is_as_near = std::abs(sum - nearest) <= kRounding * sum;
+            if (votes > most ||
+                (votes == most && (is_as_near ? loud[i] < loud[best] : sum > nearest))) {
                 most = votes;
                 nearest = sum;
                 best = i;

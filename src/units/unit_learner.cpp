@@ -11,8 +11,10 @@
 
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
+#include "mscomp/base/interruption.h"
 #include "mscomp/base/parallel.h"
 #include "multiscale/given_balls.h"
+#include "units/quiet_codes.h"
 #include "units/unit_components.h"
 
 namespace mscomp {
@@ -23,8 +25,8 @@ using Eigen::MatrixXd;
 constexpr int kFewestShapes = 12;
 // Sets whose units are known are above the first, and below the second, by far.
 constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5;
-constexpr double kMostMoving = 0.5;   // part of the vertices, mean of the units
-constexpr double kLeastMoved = 0.2;   // of the greatest length: a vertex that a unit moves
+constexpr double kMostMoving = 0.5;  // part of the vertices, mean of the units
+constexpr double kLeastMoved = 0.2;  // of the greatest length: a vertex that a unit moves
 
 double mean_support(const BallComponents& components) {
     double sum = 0;
@@ -37,8 +39,8 @@ ComponentTrust trust_of(const FoundUnits& found, int k) {
 }
 
 /// (V,K) squares of the features that units change where their codes in shapes are farthest from 0.
-MatrixXd squares_of_units(const TurningComponents& turning, const TurningShapes& shapes) {
-    const MatrixXd codes = turning.codes_of(shapes);
+MatrixXd squares_of_units(const FittedTurning& fitted) {
+    const auto& [turning, codes] = fitted;
     MatrixXd squares(turning.field().vertex_count(), codes.cols());
     for (Eigen::Index k = 0; k < codes.cols(); ++k) {
         Eigen::Index end = 0;
@@ -223,11 +225,13 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
     };
     std::vector<int> which(at(found.units.count()));
     std::iota(which.begin(), which.end(), 0);
-    MatrixXd squares_at = squares_of_units(fitted(which), shapes);
+    FittedTurning units = fitted(which);
+    MatrixXd squares_at = squares_of_units(units);
     if (settings_.components > 0 && std::ssize(which) > settings_.components) {
         const Eigen::RowVectorXd moved = squares_at.colwise().sum();
         which = strongest({moved.begin(), moved.end()});
-        squares_at = squares_of_units(fitted(which), shapes);
+        units = fitted(which);
+        squares_at = squares_of_units(units);
     }
     std::vector<double> moved;
     std::vector<int> supports;
@@ -238,11 +242,10 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
     }
     const UnitOrder order = order_of_units(moved, supports);
     std::vector<ComponentTrust> trust;
-    std::vector<int> ordered, parents;
+    std::vector<int> parents;
     for (std::size_t n = 0; n < order.units.size(); ++n) {
         const int k = order.units[n];
         trust.push_back(trust_of(found, which[at(k)]));
-        ordered.push_back(which[at(k)]);
         int best = -1;
         double most = 0;
         for (int p = 0; n >= at(order.levels.front()) && p < order.levels.front(); ++p) {
@@ -253,9 +256,10 @@ void UnitLearner::take_turning(MetricRows rows, const TurningShapes& shapes,
         }
         parents.push_back(best);
     }
-    const std::vector<Ball> nothing(ordered.size());
+    units.components.choose(order.units);
+    const std::vector<Ball> nothing(order.units.size());
     model_.set_units({BallComponents(model_.vertex_count(), nothing), order.levels,
-                      std::move(trust), fitted(ordered), std::move(parents)});
+                      std::move(trust), std::move(units.components), std::move(parents)});
 }
 
 EpochReport UnitLearner::run_epoch() {
@@ -275,6 +279,7 @@ EpochReport UnitLearner::run_epoch() {
 double UnitLearner::squares_left_by_model() {
     double sum = 0;
     for (const int shape : train_) {
+        throw_if_interrupted(kSearchInterrupted);
         const std::vector<int> one{shape};
         std::vector<float> decoded = model_.decode(model_.encode(shapes_, one).values);
         model_.scale().scale(decoded);

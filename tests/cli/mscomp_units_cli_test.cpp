@@ -151,6 +151,22 @@ TEST_F(UnitsCommand, GoesOn) {
     EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet", 2).err, HasSubstr("--force"));
 }
 
+// A search that takes long is stopped at once, and begins anew.
+TEST_F(UnitsCommand, IsStoppedInTheMiddle) {
+    const std::string units = std::string(MSCOMP_BIN_DIR) + "/mscomp units arm.safetensors -o ";
+    run("mscomp units arm.safetensors -o whole.run --quiet", 0);
+    const Outcome stopped =
+        shell(work_, units +
+                         "u.run --threads 1 & pid=$!; "
+                         "while ! [ -e u.run/log.txt ]; do sleep 0.01; done; sleep 0.2; "
+                         "kill -INT $pid; wait $pid");
+    EXPECT_EQ(stopped.code, 130) << stopped.err;
+    EXPECT_THAT(stopped.err, HasSubstr("the same command with --resume begins anew"));
+    EXPECT_FALSE(std::filesystem::exists(work_ + "/u.run/checkpoint.safetensors"));
+    run("mscomp units arm.safetensors -o u.run --quiet --resume", 0);
+    EXPECT_EQ(content("u.run/checkpoint.safetensors"), content("whole.run/checkpoint.safetensors"));
+}
+
 TEST_F(UnitsCommand, SaysWhatCannotBe) {
     EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet --set "
                     "'data.split={train: every, step: 20}'",

@@ -171,10 +171,9 @@ TEST_F(TurningModelTest, CodesAreLeastSquaresOfWhatTurnsCarry) {
                 Eigen::Map<const Eigen::Vector3f>(own.data() + 3 * e).cast<double>();
             const auto acting = turns.at_vertex(static_cast<int>(e));
             for (std::size_t a = 0; a < acting.size(); ++a) {
-                turn -= codes[acting[a]] *
-                        Eigen::Map<const Eigen::Vector3f>(
-                            turns.values(static_cast<int>(e)).data() + 3 * a)
-                            .cast<double>();
+                turn -= codes[acting[a]] * Eigen::Map<const Eigen::Vector3f>(
+                                               turns.values(static_cast<int>(e)).data() + 3 * a)
+                                               .cast<double>();
             }
             in_space[e] = rotation_exp(told[at(field.edges()[e][0])]) * turn;
         }
