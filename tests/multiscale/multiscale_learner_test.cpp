@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "ball_cases.h"
 #include "mscomp/model/divergence.h"
 #include "mscomp/model/given_components.h"
@@ -81,6 +84,48 @@ TEST(MultiscaleLearner, ComesThroughSpaceWhereLittleIsExplained) {
             RecordProperty("setbacks", setbacks);
         }
     }
+}
+
+// Whatever the rate, an epoch in space that is taken leaves the loss near its best; one that does
+// not is refused, with the loss it came to, and changes nothing.
+TEST(MultiscaleLearner, NoEpochThatGoesAstrayIsTaken) {
+    cases::Sphere sphere;
+    const RoughShapes shapes(sphere.vertices(), 14, 0.1);
+    Config config;
+    MultiscaleSettings settings;
+    settings.global_components = 2;
+    settings.levels = {{4, 0.4, 0.4}};
+    settings.rounds = 4;
+    settings.select = false;
+    config.settings = settings;
+    config.train.epochs = 100;
+    config.train.fill_up_to = 0;
+    MultiscaleModel model(config, {sphere.mesh, sphere.distances, sphere.scale});
+    std::vector<int> train(14);
+    std::iota(train.begin(), train.end(), 0);
+    const auto learner = model.learner(shapes, train);
+    learner->start();
+    while (learner->state().epoch < 5) learner->run_epoch();
+    const TrainingState before = learner->state();
+    const BallComponents good = model.components();
+    const std::optional<SpaceState> good_space = model.space_state;
+    int taken = 0, refused = 0;
+    for (double rate = 1; rate < 1e4; rate *= 1.25) {
+        TrainingState state = before;
+        state.rate_factor = rate;
+        learner->resume(state);
+        try {
+            EXPECT_LE(learner->run_epoch().total, 1.35 * before.total) << rate;
+            ++taken;
+        } catch (const DivergenceError& error) {
+            refused += std::string(error.what()).find("the loss is") != std::string::npos ? 1 : 0;
+            EXPECT_TRUE(std::ranges::equal(model.components().all_values(), good.all_values()));
+        }
+        model.set_components(good);
+        model.space_state = good_space;
+    }
+    EXPECT_GT(taken, 0);
+    EXPECT_GT(refused, 0);
 }
 
 // Fewer than three shapes cannot leave any out, and many need not choose.

@@ -115,6 +115,24 @@ TEST_P(DivergingRun, StoppedAndResumedIsUninterrupted) {
     }
 }
 
+// A look at the model at any other time, saved or not, does not decide how training goes on.
+TEST_P(DivergingRun, SavedWheneverSomebodyAsksIsTheSame) {
+    for (const double rate : {wild_rate(), 1.0, 5.0, 20.0}) {
+        const auto bits_of = [&](bool is_asked) {
+            std::filesystem::remove_all(run());
+            TrainingOptions options;
+            options.should_save = [&] { return is_asked; };
+            try {
+                train_run(config(rate), run(), options);
+            } catch (const NumericalError&) {
+                return std::string("no rate helps");
+            }
+            return bits(run());
+        };
+        EXPECT_TRUE(bits_of(true) == bits_of(false)) << rate;
+    }
+}
+
 // A sound rate never goes back.
 TEST_P(DivergingRun, DoesNotGoBackAtASoundRate) {
     Config sound = config(3e-3);
