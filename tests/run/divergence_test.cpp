@@ -133,6 +133,23 @@ TEST_P(DivergingRun, SavedWheneverSomebodyAsksIsTheSame) {
     }
 }
 
+// Where a model is not fit to be saved as somebody asks, training goes on; who stops there is left
+// with the last milestone.
+TEST_P(DivergingRun, WhatCannotBeSavedInBetweenIsLeftOut) {
+    const Config wild = config(1e19);
+    EXPECT_TRUE(train(wild, run(), false, 1).is_stopped);
+    EXPECT_EQ(open_run(run()).file.state().epoch, 0);
+    EXPECT_EQ(open_run(run()).file.state().rate_factor, 1);
+    EXPECT_TRUE(setbacks_.empty());
+    EXPECT_EQ(rows(run()), 0);
+    TrainingOptions options;
+    options.should_save = [] { return true; };
+    EXPECT_THROW(train_run(wild, run("asked.run"), options), NumericalError);
+    for (const std::string& log : {log_path(run()), log_path(run("asked.run"))}) {
+        EXPECT_NE(read_file(log).find("; not saved"), std::string::npos);
+    }
+}
+
 // A sound rate never goes back.
 TEST_P(DivergingRun, DoesNotGoBackAtASoundRate) {
     Config sound = config(3e-3);
