@@ -229,9 +229,8 @@ FoundUnits find_turning_units(const MatrixXd& gram, const EdgeSample& sample,
 }
 
 bool are_turning(const FoundUnits& switching, const FoundUnits& turning) {
-    constexpr double kLeastHeldOut = 0.5, kMostUnexplained = 1.0 / 3;
-    return turning.median_held_out() >= kLeastHeldOut &&
-           turning.median_held_out() > switching.median_held_out() &&
+    constexpr double kMostUnexplained = 1.0 / 3;
+    return turning.median_held_out() > switching.median_held_out() &&
            turning.unexplained <= kMostUnexplained;
 }
 

@@ -42,8 +42,8 @@ FoundUnits find_turning_units(const Eigen::MatrixXd& gram, const EdgeSample& sam
                               const Eigen::MatrixXd& like);
 
 /// Whether a set whose units of the code route move most of the mesh is made of joints (method
-/// §10): their codes in shapes that were left out correlate by a half or more with those of all,
-/// and more than those of the other route do, and they explain two thirds of the squares.
+/// §10): their codes in shapes that were left out correlate with those of all more than those of
+/// the other route do, and they explain two thirds of the squares.
 bool are_turning(const FoundUnits& switching, const FoundUnits& turning);
 
 }  // namespace mscomp

@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 
 constexpr int kFewestShapes = 12;
 // Sets whose units are known are above the first, and below the second, by far.
-constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5;
+constexpr double kLeastFoundAgain = 0.5, kMostUnexplained = 0.5, kLeastHeldOut = 0.5;
 constexpr double kMostMoving = 0.5;  // part of the vertices, mean of the units
 constexpr double kLeastMoved = 0.2;  // of the greatest length: a vertex that a unit moves
 
@@ -167,12 +167,14 @@ void UnitLearner::note(const FoundUnits& found, const FoundUnits& other, bool tu
             other.median_held_out(), 100 * (1 - other.unexplained)));
     }
     warnings_.clear();
-    if (part < kLeastFoundAgain || found.unexplained > kMostUnexplained) {
+    if (part < kLeastFoundAgain || found.unexplained > kMostUnexplained ||
+        (turning && found.median_held_out() < kLeastHeldOut)) {
         warnings_.push_back(fmt::format(
-            "{:.3g} % of {} units are found again in subsets of the shapes, and they explain "
-            "{:.3g} % of how these move: too few shapes for the units they have, or units that "
-            "hardly ever rest. What is found may be none",
-            100 * part, found.units.count(), 100 * (1 - found.unexplained)));
+            "{:.3g} % of {} units are found again in subsets of the shapes, their codes correlate "
+            "by {:.2g} in shapes left out and explain {:.3g} % of how these move: too few shapes "
+            "for the units they have, or units that hardly ever rest. What is found may be none",
+            100 * part, found.units.count(), found.median_held_out(),
+            100 * (1 - found.unexplained)));
     }
 }
 
