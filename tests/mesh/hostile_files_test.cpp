@@ -2,6 +2,7 @@
 // What a tiny file can cost: less than 64 MB and a second, whatever it claims to hold.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -25,6 +26,8 @@ constexpr bool kSanitized = false;
 #endif
 
 constexpr std::size_t kMemory = std::size_t{64} << 20;
+// Large blocks go back to the system: what other tests have freed is no memory to spare.
+[[maybe_unused]] const int kLargeBlocksGoBack = ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
 
 std::size_t address_space() {
     std::size_t pages = 0;
