@@ -56,7 +56,7 @@ void setup_units(CLI::App& app) {
                      "repeatable")
         ->allow_extra_args(false);
     command->add_flag("--resume", options->resume,
-                      "Go on where an earlier start was interrupted, as train does");
+                      "Leave a search that has ended alone, begin one anew that was stopped");
     add_force(*command, options->common);
     add_quiet(*command, options->common);
     add_threads(*command, options->common);
