@@ -28,8 +28,7 @@ std::vector<float> weighted_sum(const BallComponents& components, std::span<cons
 /// §9. Components that are zero have the code 0.
 class JointCodes {
   public:
-    explicit JointCodes(const BallComponents& components)
-        : JointCodes(gram_matrix(components)) {}
+    explicit JointCodes(const BallComponents& components) : JointCodes(gram_matrix(components)) {}
     /// Of the inner products (K,K) of all pairs, CᵀC.
     explicit JointCodes(Eigen::MatrixXd gram);
     /// Of inner products (K,shapes).
