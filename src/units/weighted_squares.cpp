@@ -9,6 +9,8 @@ namespace mscomp {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
+static_assert(WeightedSquares::kLanes == kWeights);
+
 WeightedSquares::WeightedSquares(const MatrixXd& places, int width)
     : directions_(static_cast<int>(places.cols())), at_places_(at(places.rows() / width)) {
     const Index count = places.cols() * (places.cols() + 1) / 2;
