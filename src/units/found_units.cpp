@@ -113,19 +113,6 @@ MatrixXd read_codes(const MatrixXd& gram, const std::vector<int>& which, const M
     return square.completeOrthogonalDecomposition().solve(products).transpose();
 }
 
-/// |correlations| (K,L) of codes of the same shapes; 0 where a code does not vary.
-MatrixXd correlations(MatrixXd codes, MatrixXd others) {
-    for (MatrixXd* of : {&codes, &others}) {
-        const Eigen::RowVectorXd whole = of->colwise().norm();
-        of->rowwise() -= of->colwise().mean().eval();
-        for (Index k = 0; k < of->cols(); ++k) {
-            const double size = of->col(k).norm();
-            of->col(k) *= size > 1e-9 * whole[k] ? 1 / size : 0;
-        }
-    }
-    return (codes.transpose() * others).cwiseAbs();
-}
-
 /// Measures codes in groups that `search` does not see: it finds units in the rest and reads their
 /// codes in all shapes.
 template <class Search>

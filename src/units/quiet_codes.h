@@ -19,7 +19,7 @@ ShapeBasis shape_basis(const Eigen::MatrixXd& gram, int most);
 
 /// Said where a search of minutes is stopped: it keeps nothing of what it has found so far.
 inline constexpr const char* kSearchInterrupted =
-    "interrupted while units were looked for; the same command with --resume begins anew";
+    "interrupted while units were looked for; the same command begins anew";
 
 /// The w that minimises Σ_i φ(|Y_i w|) where here · w = 1, Y_i being `width` rows of `places` one
 /// after the other, by reweighting (method §10): φ grows like the root of its argument, measured
@@ -44,7 +44,7 @@ std::vector<QuietReadout> quiet_readouts(const QuietSearch& search, const Eigen:
 /// code route, step 2): for every shape that is not the reference, in their order, the w that
 /// minimises Σ_n φ((Y w)_n) with (Y w) = 1 at that shape, by reweighting; φ grows like the root of
 /// its argument, ten times as fast below zero. `noise`: the size of what is no movement, as a part
-/// of all. The largest code of each column is 1. The same bits for any number of threads.
+/// of all. The largest |code| of each column is 1. The same bits for any number of threads.
 Eigen::MatrixXd quiet_codes(const ShapeBasis& basis, double noise);
 
 }  // namespace mscomp

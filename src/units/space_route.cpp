@@ -94,13 +94,6 @@ Turns quiet_turns(const ShapeBasis& basis, const EdgeSample& sample) {
     return turns;
 }
 
-/// How codes, columns, correlate, whatever the sign.
-MatrixXd correlations(MatrixXd codes) {
-    codes.rowwise() -= codes.colwise().mean().eval();
-    codes.colwise().normalize();
-    return (codes.transpose() * codes).cwiseAbs();
-}
-
 /// Of changes whose codes correlate the quietest, and how many they are; where fewer than three
 /// agree, none.
 struct Agreed {
@@ -109,7 +102,7 @@ struct Agreed {
 Agreed quietest_of_each(const Turns& turns) {
     constexpr double kSame = 0.95;
     constexpr int kLeastVotes = 3;
-    const MatrixXd alike = correlations(turns.codes);
+    const MatrixXd alike = correlations(turns.codes, turns.codes);
     std::vector<int> order(turns.loudness.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, [&](int i) { return turns.loudness[at(i)]; });
@@ -155,11 +148,12 @@ std::vector<int> needed_turns(const MatrixXd& codes, const MatrixXd& changes, do
     constexpr double kSameCode = 0.9, kSamePlace = 0.5;
     std::vector<int> taken;
     Remainders of_codes(codes), of_changes(changes);
-    const MatrixXd alike = correlations(codes), shared = changes.transpose() * changes;
+    const MatrixXd alike = correlations(codes, codes), shared = changes.transpose() * changes;
     VectorXd is_free = VectorXd::Ones(codes.cols());
     const auto take = [&](Index i) {
         of_codes.take(i);
         of_changes.take(i);
+        is_free[i] = 0;
         for (Index j = 0; j < codes.cols(); ++j) {
             if (alike(i, j) >= kSameCode && std::abs(shared(i, j)) >= kSamePlace) is_free[j] = 0;
         }

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "mscomp/base/index.h"
+#include "mscomp/base/interruption.h"
 #include "mscomp/base/parallel.h"
+#include "units/quiet_codes.h"
 
 namespace mscomp {
 namespace {
@@ -62,6 +64,7 @@ class CarriedFit {
         double square = dot(residual, z);
         const double least = 1e-12 * dot(sides_, preconditioned(sides_));
         for (int step = 0; step < kSteps && square > least; ++step) {
+            throw_if_interrupted(kSearchInterrupted);
             const Parts moved = applied(direction);
             const double length = square / dot(direction, moved);
             add(x, length, direction);

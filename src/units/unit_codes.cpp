@@ -54,6 +54,18 @@ MatrixXd columns_of(const MatrixXd& matrix, const std::vector<int>& which) {
     return result;
 }
 
+MatrixXd correlations(MatrixXd codes, MatrixXd others) {
+    for (MatrixXd* of : {&codes, &others}) {
+        const Eigen::RowVectorXd whole = of->colwise().norm();
+        of->rowwise() -= of->colwise().mean().eval();
+        for (Index k = 0; k < of->cols(); ++k) {
+            const double size = of->col(k).norm();
+            of->col(k) *= size > 1e-9 * whole[k] ? 1 / size : 0;
+        }
+    }
+    return (codes.transpose() * others).cwiseAbs();
+}
+
 UnitCodes chosen(const UnitCodes& units, const std::vector<int>& which) {
     UnitCodes result{columns_of(units.codes, which), {}};
     for (const int k : which) result.votes.push_back(units.votes[at(k)]);
@@ -80,10 +92,11 @@ UnitCodes agreed(const MatrixXd& candidates) {
             int votes = 0;
             double sum = 0;
             for (Index j = 0; j < cosines.cols(); ++j) {
-                if (is_left[at(j)] == 0 || cosines(j, i) < kSame) continue;
+                if (is_left[at(j)] == 0 || !(cosines(j, i) >= kSame)) continue;
                 ++votes;
                 sum += cosines(j, i);
             }
+            if (votes == 0) continue;  // it is zero
             const bool is_as_near = std::abs(sum - nearest) <= kRounding * sum;
             if (votes > most ||
                 (votes == most && (is_as_near ? loud[i] < loud[best] : sum > nearest))) {
@@ -157,11 +170,7 @@ std::vector<bool> found_again(const UnitCodes& all, const UnitCodes& part,
     for (std::size_t n = 0; n < which.size(); ++n) {
         here.row(static_cast<Index>(n)) = all.codes.row(which[n]);
     }
-    const auto centred = [](MatrixXd codes) {
-        codes.rowwise() -= codes.colwise().mean().eval();
-        return MatrixXd(codes.colwise().normalized());
-    };
-    MatrixXd table = (centred(here).transpose() * centred(part.codes)).cwiseAbs();
+    MatrixXd table = correlations(here, part.codes);
     Index k = 0, l = 0;
     while (table.size() > 0 && table.maxCoeff(&k, &l) >= kSame) {
         result[at(k)] = true;

@@ -9,6 +9,9 @@ namespace mscomp {
 /// Columns `which` of a matrix, in that order.
 Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix, const std::vector<int>& which);
 
+/// |correlations| (K,L) of codes (N,K) and (N,L) of the same shapes; 0 where a code does not vary.
+Eigen::MatrixXd correlations(Eigen::MatrixXd codes, Eigen::MatrixXd others);
+
 /// Codes of units, and how many read-outs agreed on each.
 struct UnitCodes {
     Eigen::MatrixXd codes;   // (N,K), the largest of each unit 1

@@ -14,7 +14,6 @@
 #include "mscomp/base/interruption.h"
 #include "mscomp/base/parallel.h"
 #include "multiscale/given_balls.h"
-#include "units/quiet_codes.h"
 #include "units/unit_components.h"
 
 namespace mscomp {
@@ -131,7 +130,8 @@ void UnitLearner::begin(MetricRows rows, const MatrixXd& gram, const Feature& sa
             gram);
     }
     const bool turns =
-        may_turn && (settings_.route == UnitRoute::space || are_turning(switching, turning));
+        may_turn && (settings_.route == UnitRoute::space || switching.units.count() == 0 ||
+                     are_turning(switching, turning));
     const FoundUnits& found = turns ? turning : switching;
     if (found.units.count() == 0) {
         throw UsageError(
@@ -171,8 +171,10 @@ void UnitLearner::note(const FoundUnits& found, const FoundUnits& other, bool tu
         (turning && found.median_held_out() < kLeastHeldOut)) {
         warnings_.push_back(fmt::format(
             "{:.3g} % of {} units are found again in subsets of the shapes, their codes correlate "
-            "by {:.2g} in shapes left out and explain {:.3g} % of how these move: too few shapes "
-            "for the units they have, or units that hardly ever rest. What is found may be none",
+            "by {:.2g} in shapes left out, and they explain {:.3g} % of how all shapes move: too "
+            "few "
+            "shapes for the units they have, or units that hardly ever rest. What is found may be "
+            "none",
             100 * part, found.units.count(), found.median_held_out(),
             100 * (1 - found.unexplained)));
     }
@@ -281,7 +283,8 @@ EpochReport UnitLearner::run_epoch() {
 double UnitLearner::squares_left_by_model() {
     double sum = 0;
     for (const int shape : train_) {
-        throw_if_interrupted(kSearchInterrupted);
+        throw_if_interrupted(
+            "interrupted while units that were found were measured; go on with --resume");
         const std::vector<int> one{shape};
         std::vector<float> decoded = model_.decode(model_.encode(shapes_, one).values);
         model_.scale().scale(decoded);

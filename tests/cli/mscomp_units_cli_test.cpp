@@ -140,8 +140,10 @@ TEST_F(UnitsCommand, FindsTheJointsOfAnArm) {
 TEST_F(UnitsCommand, GoesOn) {
     run("mscomp units arm.safetensors -o u.run --quiet", 0);
     const std::string found = content("u.run/checkpoint.safetensors");
+    const auto written = std::filesystem::last_write_time(work_ + "/u.run/checkpoint.safetensors");
     run("mscomp units arm.safetensors -o u.run --quiet --resume", 0);
     EXPECT_EQ(content("u.run/checkpoint.safetensors"), found);
+    EXPECT_EQ(std::filesystem::last_write_time(work_ + "/u.run/checkpoint.safetensors"), written);
     std::filesystem::remove(work_ + "/u.run/checkpoint.safetensors");
     std::filesystem::remove(work_ + "/u.run/metrics.csv");
     run("mscomp units arm.safetensors -o u.run --quiet --resume", 0);
@@ -149,6 +151,11 @@ TEST_F(UnitsCommand, GoesOn) {
     EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet --resume --components 3", 2).err,
                 HasSubstr("was trained with another configuration"));
     EXPECT_THAT(run("mscomp units arm.safetensors -o u.run --quiet", 2).err, HasSubstr("--force"));
+    // Nor is another input.
+    run("acapfeat generate arm -o other --frames 20 --vertices 300 --quiet", 0);
+    run("acapfeat extract other -o other.safetensors --quiet", 0);
+    run("mscomp units other.safetensors -o u.run --quiet --resume", 2);
+    run("mscomp units nothing.safetensors -o u.run --quiet --resume", 4);
 }
 
 // A search that takes long is stopped at once, and begins anew.
@@ -161,7 +168,7 @@ TEST_F(UnitsCommand, IsStoppedInTheMiddle) {
                          "while ! [ -e u.run/log.txt ]; do sleep 0.01; done; sleep 0.2; "
                          "kill -INT $pid; wait $pid");
     EXPECT_EQ(stopped.code, 130) << stopped.err;
-    EXPECT_THAT(stopped.err, HasSubstr("the same command with --resume begins anew"));
+    EXPECT_THAT(stopped.err, HasSubstr("the same command begins anew"));
     EXPECT_FALSE(std::filesystem::exists(work_ + "/u.run/checkpoint.safetensors"));
     run("mscomp units arm.safetensors -o u.run --quiet --resume", 0);
     EXPECT_EQ(content("u.run/checkpoint.safetensors"), content("whole.run/checkpoint.safetensors"));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "multiscale/ball_cases.h"
@@ -99,6 +100,16 @@ TEST(CodeRoute, FindsNothingWhereNoTwoShapesAgree) {
     const FoundUnits found = find_switching_units(MatrixXd::Identity(12, 12));
     EXPECT_EQ(found.units.count(), 0);
     EXPECT_EQ(find_switching_units(MatrixXd::Zero(12, 12)).units.count(), 0);
+}
+
+// What is no read-out at all agrees with nothing.
+TEST(Agreed, NothingAndNoNumberAreNoUnit) {
+    MatrixXd candidates = MatrixXd::Zero(5, 4);
+    EXPECT_EQ(agreed(candidates).count(), 0);
+    candidates.rightCols(2) = Eigen::VectorXd::LinSpaced(5, 0, 1).replicate(1, 2);
+    candidates.col(1).setConstant(std::numeric_limits<double>::quiet_NaN());
+    const UnitCodes found = agreed(candidates);
+    EXPECT_EQ(found.votes, std::vector<int>{2});
 }
 
 TEST(QuietCodes, AreOneAtTheirShapeAndNearlyZeroWhereItsUnitIsOff) {

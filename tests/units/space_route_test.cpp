@@ -163,6 +163,8 @@ TEST(SpaceRoute, JointsHaveToBeReadAndToExplain) {
     turning.unexplained = 0.4;
     EXPECT_FALSE(are_turning(switching, turning));
     turning.unexplained = 0.2;
+    turning.held_out = {0.4, 0.45, 0.9};
+    EXPECT_TRUE(are_turning(switching, turning)) << "little, but more than the others";
     turning.held_out = {0.1, 0.25, 0.9};
     EXPECT_FALSE(are_turning(switching, turning));
     EXPECT_FALSE(are_turning(switching, FoundUnits{}));

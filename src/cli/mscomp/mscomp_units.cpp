@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "mscomp/config/config_file.h"
+#include "mscomp/run/run_folder.h"
 #include "mscomp/run/unit_search.h"
 #include "mscomp_commands.h"
 #include "training_command.h"
@@ -17,18 +19,11 @@ Config effective_config(const UnitsOptions& options) {
         overrides.push_back(fmt::format("model.components={}", options.components));
     }
     if (options.positions) overrides.emplace_back("model.rows=positions");
-    return configuration_of_run(
-        options.output, options.resume, options.input, [&] { return unit_config(options.input); },
-        overrides);
-}
-
-std::string how_to_go_on(const UnitsOptions& options) {
-    std::string command =
-        fmt::format("mscomp units {} -o {}", quoted(options.input), quoted(options.output));
-    if (options.components > 0) command += fmt::format(" --components {}", options.components);
-    if (options.positions) command += " --positions";
-    for (const std::string& set : options.overrides) command += " --set " + quoted(set);
-    return command + " --resume";
+    // Of the input, whether there is a run to go on with or not: of another one it is refused.
+    Config config =
+        parse_config(write_config(unit_config(options.input), false), options.input, overrides);
+    anchor_paths(config, "");
+    return config;
 }
 
 }  // namespace
@@ -65,10 +60,9 @@ void setup_units(CLI::App& app) {
 }
 
 void run_units(const UnitsOptions& options) {
-    run_training(effective_config(options),
-                 {options.output, "mscomp units " + options.input, how_to_go_on(options),
-                  options.resume, options.common},
-                 {});
+    run_training(
+        effective_config(options),
+        {options.output, "mscomp units " + options.input, "", options.resume, options.common}, {});
 }
 
 }  // namespace mscomp
