@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "ball_cases.h"
 #include "mscomp/model/divergence.h"
@@ -37,6 +39,20 @@ class RoughShapes final : public ShapeSet {
     std::vector<float> features_;
 };
 
+/// Two global components and levels as they are given, nothing chosen and nothing mixed.
+Config fitted_by(std::vector<BallLevel> levels, int rounds, int epochs) {
+    Config config;
+    MultiscaleSettings settings;
+    settings.global_components = 2;
+    settings.levels = std::move(levels);
+    settings.rounds = rounds;
+    settings.select = false;
+    config.settings = settings;
+    config.train.epochs = epochs;
+    config.train.fill_up_to = 0;
+    return config;
+}
+
 // However little the first stage explains, the second ends: what goes astray is undone at half the
 // rate as often as a run does that, and the error in space falls.
 TEST(MultiscaleLearner, ComesThroughSpaceWhereLittleIsExplained) {
@@ -45,15 +61,7 @@ TEST(MultiscaleLearner, ComesThroughSpaceWhereLittleIsExplained) {
             const TriangleMesh mesh = shapes::icosphere(levels);
             nn::SphereDistances distances(mesh.vertices);
             const RoughShapes shapes(mesh.vertex_count(), 14, size);
-            Config config;
-            MultiscaleSettings settings;
-            settings.global_components = 2;
-            settings.levels = {{4, 0.4, 0.4}, {6, 0.3, 0.3}};
-            settings.rounds = 6;
-            settings.select = false;
-            config.settings = settings;
-            config.train.epochs = 12;
-            config.train.fill_up_to = 0;
+            const Config config = fitted_by({{4, 0.4, 0.4}, {6, 0.3, 0.3}}, 6, 12);
             MultiscaleModel model(config, {mesh, distances, cases::Sphere::around(2)});
             std::vector<int> train(14);
             std::iota(train.begin(), train.end(), 0);
@@ -91,15 +99,7 @@ TEST(MultiscaleLearner, ComesThroughSpaceWhereLittleIsExplained) {
 TEST(MultiscaleLearner, NoEpochThatGoesAstrayIsTaken) {
     cases::Sphere sphere;
     const RoughShapes shapes(sphere.vertices(), 14, 0.1);
-    Config config;
-    MultiscaleSettings settings;
-    settings.global_components = 2;
-    settings.levels = {{4, 0.4, 0.4}};
-    settings.rounds = 4;
-    settings.select = false;
-    config.settings = settings;
-    config.train.epochs = 100;
-    config.train.fill_up_to = 0;
+    const Config config = fitted_by({{4, 0.4, 0.4}}, 4, 100);
     MultiscaleModel model(config, {sphere.mesh, sphere.distances, sphere.scale});
     std::vector<int> train(14);
     std::iota(train.begin(), train.end(), 0);
