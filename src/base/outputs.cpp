@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "mscomp/base/outputs.h"
 
+#include <fmt/format.h>
+
 #include <cerrno>
 #include <filesystem>
 #include <system_error>
@@ -38,10 +40,12 @@ void require_free_folder(const std::string& path, bool force) {
     }
 }
 
-void create_folder(const std::string& path) {
+void create_folder(const std::string& folder, const std::string& output) {
     std::error_code error;
-    fs::create_directories(path, error);
-    if (error) throw IoError(path, "cannot create the folder: " + error.message());
+    fs::create_directories(folder, error);
+    if (!error) return;
+    if (output.empty()) throw IoError(folder, "cannot create the folder: " + error.message());
+    throw IoError(output, fmt::format("cannot create folder '{}': {}", folder, error.message()));
 }
 
 }  // namespace mscomp

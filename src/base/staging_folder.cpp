@@ -32,7 +32,7 @@ StagingFolder::StagingFolder(std::string folder, Place place) : folder_(std::mov
     const std::string parent = folder_of(folder_);
     remove_dead_temporaries(parent);
     remove_dead_temporaries(folder_);
-    if (place == Place::beside) create_folder(parent);
+    if (place == Place::beside) create_folder(parent, folder_);
     if (place == Place::inside || !make_beside(parent)) {
         create_folder(folder_);
         is_inside_ = true;

@@ -14,20 +14,13 @@
 #include "mscomp/base/error.h"
 #include "mscomp/base/index.h"
 #include "mscomp/base/output_folder.h"
+#include "mscomp/base/outputs.h"
 #include "temporary_place.h"
 
 namespace mscomp {
 namespace {
 
 std::string reason(int error_number) { return std::generic_category().message(error_number); }
-
-void create_folder(const std::string& folder, const std::string& path) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error) {
-        throw IoError(path, fmt::format("cannot create folder '{}': {}", folder, error.message()));
-    }
-}
 
 /// Who could read and write the file that is replaced can read and write the new one, as far as
 /// this user may give it away.

@@ -13,7 +13,8 @@ void require_free_file(const std::string& path, bool force);
 /// or if `path` is a file. With `force`, files of the same names are replaced, others stay.
 void require_free_folder(const std::string& path, bool force);
 
-/// Creates `path` and its parents where missing. Throws IoError with the system's reason.
-void create_folder(const std::string& path);
+/// Creates `folder` and its parents where missing. Throws IoError with the system's reason, of
+/// `output` if the folder is made for that.
+void create_folder(const std::string& folder, const std::string& output = {});
 
 }  // namespace mscomp
