@@ -172,9 +172,8 @@ void UnitLearner::note(const FoundUnits& found, const FoundUnits& other, bool tu
         warnings_.push_back(fmt::format(
             "{:.3g} % of {} units are found again in subsets of the shapes, their codes correlate "
             "by {:.2g} in shapes left out, and they explain {:.3g} % of how all shapes move: too "
-            "few "
-            "shapes for the units they have, or units that hardly ever rest. What is found may be "
-            "none",
+            "few shapes for the units they have, or units that hardly ever rest. What is found may "
+            "be none",
             100 * part, found.units.count(), found.median_held_out(),
             100 * (1 - found.unexplained)));
     }

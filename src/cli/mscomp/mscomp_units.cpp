@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "mscomp/config/config_file.h"
-#include "mscomp/run/run_folder.h"
 #include "mscomp/run/unit_search.h"
 #include "mscomp_commands.h"
 #include "training_command.h"
